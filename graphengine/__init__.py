@@ -17,6 +17,7 @@ from graphengine.format.version import __version__ as __version__
 
 TYPE_CHECKING = False  # the name that type checkers know; `typing` takes longer to import than all else here
 if TYPE_CHECKING:
+    from graphengine.api import gym as gym
     from graphengine.api.mujoco_objects import MujocoObjects as MujocoObjects
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Pose as Pose
@@ -26,11 +27,11 @@ if TYPE_CHECKING:
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
     from graphengine.api.scene_loading import load as load
+    from graphengine.api.sensors import RobotSensor as RobotSensor
     from graphengine.api.session import Session as Session
     from graphengine.api.session_control import Checkpoint as Checkpoint
     from graphengine.api.topics import Publication as Publication
     from graphengine.api.topics import Subscription as Subscription
-    from graphengine.bringup.calibration.figures import Calibration as Calibration
     from graphengine.format.diagnostics import CheckError as CheckError
     from graphengine.format.errors import GraphError as GraphError
     from graphengine.format.errors import NodeError as NodeError
@@ -43,17 +44,16 @@ if TYPE_CHECKING:
     from graphengine.format.errors import UsageError as UsageError
     from graphengine.runtime.reloading import Reloaded as Reloaded
 
-    from . import bringup as bringup
-
 _MODULES = {
     "api.scene_loading": ("load",),
     "api.scene": ("Scene", "GraphInfo", "RobotInfo"),
     "api.session": ("Session",),
     "api.session_control": ("Checkpoint",),
     "api.topics": ("Subscription", "Publication"),
-    "bringup.calibration.figures": ("Calibration",),
     "api.mujoco_objects": ("MujocoObjects",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
+    "api.sensors": ("RobotSensor",),
+    "api.gym": ("gym",),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (
         "GraphError",
@@ -69,22 +69,19 @@ _MODULES = {
     "format.diagnostics": ("CheckError",),
 }
 _ORIGINS = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
-_ROOMS = ("bringup",)
-"""Packages whose names users write with the package's name, as in `ge.bringup.calibrate`."""
 
-__all__ = [*_ORIGINS, *_ROOMS, "__version__"]
+__all__ = [*_ORIGINS, "__version__"]
 
 if not TYPE_CHECKING:  # so that a misspelt name is an error to mypy and pyright
 
     def __getattr__(name: str) -> object:
         """Import a public name of the package when it is first used, and return its object."""
-        if name not in _ORIGINS and name not in _ROOMS:
+        if name not in _ORIGINS:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         import importlib
 
-        if name in _ROOMS:
-            return importlib.import_module(f"{__name__}.{name}")
-        globals()[name] = found = getattr(importlib.import_module(_ORIGINS[name]), name)
+        module = importlib.import_module(_ORIGINS[name])
+        globals()[name] = found = module if module.__name__.endswith(f".{name}") else getattr(module, name)
         return found
 
 

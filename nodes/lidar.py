@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices.lidar import Lidar, Scan
 from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
@@ -21,18 +20,6 @@ def level_ring(lidar: Lidar) -> slice:
     """Return the slice that selects, from the arrays of a sample, the beams of the ring nearest to the lidar's xy plane."""
     ring, beams = int(np.argmin(np.abs(lidar.elevations))), beams_of_a_ring(lidar)
     return slice(ring * beams, (ring + 1) * beams)
-
-
-def points_of(lidar: Lidar, scan: Scan, beams: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return the hit points of the given beams in the lidar's frame, m, shape (n, 3).
-
-    Args:
-        lidar: the lidar.
-        scan: a sample of the lidar.
-        beams: indices of the beams; each of them must have a hit.
-    """
-    points: NDArray[np.float64] = lidar.directions[beams] * scan.ranges[beams, None]
-    return points
 
 
 class LidarNode(Node):
@@ -174,4 +161,4 @@ class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacRead
 
     def put_out(self, scan: Scan) -> None:
         """Set `data` to the hit points of a lidar sample."""
-        self.data = points_of(self.lidar, scan, np.flatnonzero(np.isfinite(scan.ranges))).astype(np.float32)
+        self.data = scan.points_of(np.flatnonzero(np.isfinite(scan.ranges))).astype(np.float32)

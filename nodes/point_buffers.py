@@ -18,7 +18,7 @@ from graphengine.devices.motion import Frame
 from graphengine.devices.radar import Radar
 from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Buffer, Float, Float3, Int, Matrix4d, Token, UChar, UInt, UInt64, UInts, read_only
-from graphengine.nodes.lidar import beams_of_a_ring, points_of
+from graphengine.nodes.lidar import beams_of_a_ring
 from graphengine.nodes.prims import matrix_of
 
 _BUFFER = "no effect; in Isaac Sim, a buffer of the RTX renderer"
@@ -71,7 +71,7 @@ def _of_lidar(lidar: Lidar) -> _Returns:
     hit = np.flatnonzero(np.isfinite(scan.ranges))
     rings = (hit // beams_of_a_ring(lidar)).astype(np.uint32)
     values = {"intensity": scan.intensities[hit], "emitterId": hit.astype(np.uint32), "channelId": rings}
-    return _Returns(scan.time, points_of(lidar, scan, hit).astype(np.float32), values)
+    return _Returns(scan.time, scan.points_of(hit).astype(np.float32), values)
 
 
 def _of_radar(radar: Radar) -> _Returns:

@@ -9,7 +9,7 @@ from graphengine.api.pictures import simulated
 from graphengine.api.runner import Runner
 
 if TYPE_CHECKING:
-    from graphengine.descriptions.engine import mujoco
+    import mujoco
 
 
 class MujocoObjects:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
+from graphengine.api.sensors import RobotSensor, find_sensors
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.api.values import plain
 from graphengine.devices.rotation import Quaternion, Vector3
@@ -99,6 +100,16 @@ class Robot:
 
     @property
     @reading
+    def sensors(self) -> Mapping[str, RobotSensor]:
+        """Sensors by their names in the robot file. Each device of a sensor that has several is named with the path of its prim.
+
+        >>> list(sim.robots["dd100"].sensors)[:2]
+        ['sim_lidar', 'sim_camera/RSD455/Camera_OmniVision_OV9782_Color']
+        """
+        return find_sensors(self._runner, find_robot(self._runner, self.name))
+
+    @property
+    @reading
     def namespace(self) -> str:
         """Namespace of the robot's topics, without a leading slash, such as `dd100_0000`; empty if there is no namespace."""
         base_link = find_robot(self._runner, self.name).facts["base_link"]
@@ -144,6 +155,50 @@ class Robot:
         given = {"positions": positions, "velocities": velocities, "efforts": efforts}
         named = {kind: self._by_joint(kind, it, joints) for kind, it in given.items() if it is not None}
         self._runner.command("command", robot=self.name, **named)
+
+    @acting
+    def reset(
+        self,
+        joints: Mapping[str, float] | None = None,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        keyframe: str | None = None,
+        *,
+        force: bool = False,
+    ) -> None:
+        """Return this robot to its initial state, or to another pose, between two ticks. A recording stores the call.
+
+        All velocities become zero, the initial joint targets apply again, the robot's sensors are reset, pushes end, and grippers
+        open. Time, graphs and other robots continue; ground-truth odometry continues as after `Session.move`.
+
+        >>> robot = sim.robots["dd100"]
+        >>> robot.reset(joints={"front_left_wheel_joint": 0.5}, position=(1.0, 0.0, 0.025))
+        >>> robot.pose.position, robot.joints["front_left_wheel_joint"].position
+        ((1.0, 0.0, 0.025), 0.5)
+
+        Args:
+            joints: positions of joints by name, rad or m; mimic joints follow. Drives with stiffness get these positions as
+                targets. Other joints return to their initial positions.
+            position: position of the base link in the world frame, m; None is the initial position.
+            orientation: quaternion (x, y, z, w) in the world frame; None is the initial orientation.
+            keyframe: name of a keyframe in the robot's MJCF, in place of the initial state; the other arguments override it.
+            force: whether to place the robot even if it overlaps others; this logs a warning, and physics pushes them apart.
+
+        Raises:
+            BlockedPoseError: the robot would overlap others by 5 mm or more at this position or orientation.
+            UnknownEntityError: the robot was removed.
+            UsageError: the robot has no such joint or keyframe, a position is beyond the limits of its joint, or the robot cannot
+                be placed. Nothing has changed.
+        """
+        turned = {"quaternion_xyzw": orientation} if orientation is not None else None
+        given = {
+            "joints": joints or {},
+            "position": position,
+            "orientation": turned,
+            "keyframe": keyframe,
+            "force": force,
+        }
+        self._runner.command("reset-robot", robot=self.name, **plain(given))
 
     def _by_joint(self, kind: str, targets: Targets, joints: Sequence[str] | None) -> dict[str, Any]:
         """Return targets by joint name, as JSON types and without NaN."""
@@ -207,7 +262,7 @@ def find_robot(runner: Runner, name: str) -> Prim:
     Raises:
         UnknownEntityError: no robot has the name.
     """
-    prims = {prim.entity_name: prim for prim in runner.session.services.stage.prims("robot")}
+    prims = runner.session.services.stage.robots()
     if name not in prims:
         raise UnknownEntityError(f"no robot {name!r}: it was removed\n  {listing(prims, 'robots')}")
     return prims[name]

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from graphengine.format.errors import NodeError, UsageError
-from graphengine.node.dropped_values import BadValues
 from graphengine.ros.transport import JoinOptions, Transport
+from graphengine.scene.loaded_scene import BadValues
 
 Log = Callable[[str, str, str], None]
 """Type of a function that receives the log messages of nodes. Its arguments are severity, prim path of the node, and text."""

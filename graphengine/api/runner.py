@@ -21,8 +21,8 @@ from graphengine.api.values import check_choice
 from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.stateful import Stateful
+from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
-from graphengine.node.dropped_values import BadValues
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions, Transport, Writer
@@ -30,11 +30,11 @@ from graphengine.ros.transports.select import AUTO, find_transport, open_transpo
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import parse
 from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
-from graphengine.scene.loaded_scene import LoadedScene
-from graphengine.view.node_problems import NodeProblems
+from graphengine.scene.loaded_scene import BadValues, LoadedScene
 
 if TYPE_CHECKING:
     from graphengine.recording.recorder import Recorder
@@ -68,10 +68,12 @@ class Runner:
         self.scene = scene
         self.options = options
         self.queue = CommandQueue()
-        self.publications: dict[AfterTick, None] = {}
-        """The user's periodic publications, oldest first."""
+        self.after_ticks: dict[object, AfterTick] = {}
+        """What acts after each tick, oldest first: the user's periodic publications, and the sensors that the user reads."""
         self.writers: dict[object, Writer] = {}
         """Writers for messages that the user publishes, by topic, type and transport."""
+        self.encoders: dict[str, CheckedEncoder] = {}
+        """Encoders for messages that the user publishes, by type."""
         self.lock = threading.RLock()
         """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
@@ -132,7 +134,7 @@ class Runner:
         options = self.options
         joined = JoinOptions(
             replace(domain, id=number),
-            re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem)),
+            re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem.strip("<>"))),
             options.simulation_interfaces or "/",
             options.environ,
             self.scene.definitions,
@@ -217,7 +219,9 @@ class Runner:
             from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 
             transport, namespace = self.network.transport(0), self.options.simulation_interfaces
-            SimulationInterfaces(self.queue, self.scene, transport, self._complain, namespace=namespace)
+            scenery = self.scene.world.scenery if self.scene.world is not None else None
+            scene = (scenery.scene, scenery.library.files) if scenery is not None else None
+            SimulationInterfaces(self.queue, scene, transport, self._complain, namespace=namespace)
 
     def _offer_parameters(self, closing: ExitStack) -> None:
         """Create the ROS parameters of the session and its robots, if requested and if the transport has a ROS node."""
@@ -313,8 +317,8 @@ class Runner:
                 self._after_tick()
 
     def _after_tick(self) -> None:
-        for publication in tuple(self.publications):
-            publication.after_tick(self.session.clock.frame)
+        for action in tuple(self.after_ticks.values()):
+            action.after_tick(self.session.clock.frame)
         if self._diagnostics is not None:
             self._diagnostics.after_tick()
         if self.feed is not None:

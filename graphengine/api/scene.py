@@ -14,8 +14,7 @@ from graphengine.api.runner import Runner
 from graphengine.api.session import Session
 from graphengine.format.errors import UsageError
 from graphengine.messages.names import join_namespaces
-from graphengine.node.dropped_values import BadValues
-from graphengine.scene.loaded_scene import LoadedScene
+from graphengine.scene.loaded_scene import BadValues, LoadedScene
 
 if TYPE_CHECKING:
     from graphengine.physics.loaded_world import LoadedWorld

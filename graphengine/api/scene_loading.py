@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copyreg
-import importlib
+import os
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.api.scene import Scene, loaded_of
 from graphengine.api.values import check_choice, plain
-from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, installed_packages
+from graphengine.format.given_text import GivenText
 from graphengine.format.wording import shown
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
+from graphengine.scene.node_modules import make_registry
 
 if TYPE_CHECKING:
     from graphengine.physics.ray_casting.rays import RaysChoice
@@ -31,8 +32,10 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 def load(
-    source: str | PathLike[str],
+    source: str | PathLike[str] | Mapping[str, Any] | None = None,
     *,
+    text: str | None = None,
+    folder: str | PathLike[str] | None = None,
     set: Mapping[str, Any] = NOTHING,
     scene: str | PathLike[str] | None = None,
     robot_state: bool = False,
@@ -51,8 +54,21 @@ def load(
     >>> list(scene.robots)
     ['dd100']
 
+    A scene or graph can also be a mapping or a YAML text, with the same keys and checks as a file. A finding then names `<dict>`
+    with the path of the key, such as `<dict>: robots.bot.use`, or `<text>` with line and column. Recordings and pickled scenes
+    contain the text; `Session.reload` reads only the files to which the text refers again.
+
+    >>> robots = {f"bot_{y}": {"use": "robots/dd100.yaml", "position": [0, y, 0.025], "namespace": f"n{y}"} for y in (1, 2)}
+    >>> list(ge.load({"scene": "rows", "world": "worlds/flat_grid.xml", "robots": robots}).robots)
+    ['bot_1', 'bot_2']
+    >>> list(ge.load(text="{graph: g, nodes: {Tick: OnPlaybackTick}}").graphs)
+    ['g']
+
     Args:
-        source: path of a file, or name of a scene or graph in the package, such as `dd100_warehouse` or `dd100/cmd_vel`.
+        source: path of a file, or name of a scene or graph in the package, such as `dd100_warehouse` or `dd100/cmd_vel`; or the
+            content of a file as a mapping. None if `text` is given.
+        text: content of a file as YAML text, in place of `source`.
+        folder: folder from which relative paths in a mapping or text start; None is the working directory.
         set: input values by address `[robot/][graph/]Node.port`; each part can be a glob pattern.
         scene: scene in which to run the graph `source`; None if `source` is a scene or needs no scene.
         robot_state: whether to publish the topics of robot_state_publisher for every robot.
@@ -71,19 +87,20 @@ def load(
         CheckError: the files have errors; the attribute `findings` has all errors, warnings and notes.
         UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
     """
+    path, given = _source(source, text, folder)
     check_choice("rays", rays, RAYS)
     if localization is not None:
         check_choice("localization", localization, ["truth"])
-    given = {"allow": allow, "message_paths": message_paths, "packages": packages}
-    for name, several in {**given, "modules": modules}.items():
+    folders = {"allow": allow, "message_paths": message_paths, "packages": packages}
+    for name, several in {**folders, "modules": modules}.items():
         if isinstance(several, str):
             raise UsageError(f"{name}: expected a list, got {shown(several)}")
-    paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
+    paths = {name: [Path(path) for path in entries] for name, entries in folders.items()}
     for name, entries in paths.items():
-        for path in entries:
+        for place in entries:
             legal = "folder or file" if name == "message_paths" else "folder"
-            if not path.is_dir() and not (path.is_file() and "file" in legal):
-                raise UsageError(f"{name}: there is no {legal} {path}")
+            if not place.is_dir() and not (place.is_file() and "file" in legal):
+                raise UsageError(f"{name}: there is no {legal} {place}")
     options = Options(
         overrides=plain(set),
         allowed=paths["allow"],
@@ -93,13 +110,32 @@ def load(
         localization=localization,
         scene=find_file(str(scene)) if scene is not None else None,
         rays=rays,
-        registry=_registry(modules) if modules else None,
+        registry=make_registry(modules) if modules else None,
         near=Path.cwd(),
         environment=dict(env),
         scripts=allow_scripts,
+        given=given,
     )
     names = [module if isinstance(module, str) else module.__name__ for module in modules]
-    return open_scene(find_file(str(source)), options, names)
+    return open_scene(path, options, names)
+
+
+def _source(
+    source: str | PathLike[str] | Mapping[str, Any] | None, text: str | None, folder: str | PathLike[str] | None
+) -> tuple[Path, GivenText | None]:
+    """Return the path of the file to load, or the path that stands for a given text, and the text."""
+    if (source is None) == (text is None):
+        raise UsageError("load: give either a file, a mapping, or `text`")
+    given = GivenText.of_text(text) if text is not None else None
+    if isinstance(source, Mapping):
+        given = GivenText.of_mapping(plain(source))
+    if given is None:
+        if folder is not None:
+            raise UsageError("folder: only with a mapping or `text`; paths in a file start from the folder of the file")
+        return find_file(str(source)), None
+    if not os.path.isdir(folder or "."):
+        raise UsageError(f"folder: there is no folder {os.fspath(folder or '.')}")
+    return Path(folder or ".", given.label), given
 
 
 def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene:
@@ -111,24 +147,6 @@ def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, gra
     loaded = (build.load if graphs else build.load_without_graphs)(path, options)
     loaded.findings.raise_errors()
     return Scene(loaded, modules)
-
-
-def _registry(modules: Sequence[str | ModuleType]) -> Registry:
-    """Return a registry of the installed node types and those of the given modules.
-
-    Raises:
-        UsageError: a module cannot be found.
-    """
-    registry = default_registry().copy()
-    for module in modules:
-        try:
-            found = importlib.import_module(module) if isinstance(module, str) else module
-        except ModuleNotFoundError as error:
-            if error.name != module:
-                raise
-            raise UsageError(f"modules: {error}") from None
-        registry.add_module(found, found.__name__)
-    return registry
 
 
 def _reduced(scene: Scene) -> tuple[Any, ...]:
@@ -150,6 +168,6 @@ def unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:
 
     folder = tempfile.TemporaryDirectory(prefix="graphengine-")
     path, options = packed.lay_out(Workspace(Path(folder.name)))
-    scene = open_scene(path, replace(options, registry=_registry(modules) if modules else None), modules)
+    scene = open_scene(path, replace(options, registry=make_registry(modules) if modules else None), modules)
     weakref.finalize(loaded_of(scene), folder.cleanup)
     return scene

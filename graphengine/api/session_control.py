@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class Checkpoint:
     """The complete state of a session, made by `Session.checkpoint` for `Session.restore`."""
 
-    def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[AfterTick, Any]]) -> None:
+    def __init__(self, inner: InnerCheckpoint, after_ticks: Sequence[tuple[AfterTick, Any]]) -> None:
         self._inner = inner
-        self._publications = publications
+        self._after_ticks = after_ticks
 
     def __repr__(self) -> str:
         return f"<Checkpoint {self._inner.name}>"
@@ -145,10 +145,10 @@ class SessionControl:
             NodeError: the state of a node cannot be copied.
         """
         inner = self._runner.session.checkpoint()
-        return Checkpoint(inner, [(publication, publication.save()) for publication in self._runner.publications])
+        return Checkpoint(inner, [(action, action.save()) for action in self._runner.after_ticks.values()])
 
     @reading
-    def restore(self, checkpoint: Checkpoint) -> None:
+    def restore(self, checkpoint: Checkpoint, *, seed: int | None = None) -> None:
         """Return to a checkpoint of this session. A recording stores the call.
 
         With the transport `memory`, repeating the calls that followed the checkpoint sends the same bytes again. `restore` does
@@ -164,14 +164,15 @@ class SessionControl:
 
         Args:
             checkpoint: checkpoint of this session.
+            seed: new seed of all random generators, for other noise from here on; None restores their state too.
 
         Raises:
             GraphError: a removed robot or a node cannot be restored.
             UsageError: the checkpoint belongs to another session.
         """
-        self._runner.session.restore(checkpoint._inner)
-        for publication, state in checkpoint._publications:
-            publication.restore(state)
+        self._runner.session.restore(checkpoint._inner, seed)
+        for action, state in checkpoint._after_ticks:
+            action.restore(state)
 
     @acting
     def reload(self) -> Reloaded:
@@ -201,8 +202,8 @@ class SessionControl:
 
         Args:
             command: name of the command. `pause` and `stop` suspend a `run`, `play` and `step` resume it, and `quit` ends it. The
-                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `command`, `set`, `impulse`, `press`,
-                `release`, `reload` and `state`.
+                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `reset-robot`, `push`, `command`, `set`, `impulse`,
+                `press`, `release`, `reload` and `state`.
             arguments: arguments of the command, as JSON values.
 
         Returns:

@@ -34,8 +34,7 @@ class SessionWorld(SessionControl):
         >>> sim.robots["dd100"].namespace
         'dd100_0000'
         """
-        prims = self._runner.session.services.stage.prims("robot")
-        return Robots((prim.entity_name, Robot(self._runner, prim.entity_name)) for prim in prims)
+        return Robots((name, Robot(self._runner, name)) for name in self._runner.session.services.stage.robots())
 
     @reading
     def body(self, name: str) -> Body:

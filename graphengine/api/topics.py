@@ -11,10 +11,10 @@ from graphengine.api.runner import AfterTick, Runner
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages import messages
+from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.message_input import full_type
 from graphengine.messages.names import check_topic
-from graphengine.messages.plain import from_plain
 from graphengine.messages.qos import settled
 from graphengine.ros.transport import Reader, Transport, Writer
 
@@ -85,6 +85,11 @@ class Subscription(Generic[M]):
         """Number of messages that were discarded because more than `keep` messages arrived."""
         return max(self._arrived - len(self._kept), 0)
 
+    def clear(self) -> None:
+        """Discard the received messages, for example after `Session.restore`."""
+        self._kept.clear()
+        self._arrived = 0
+
     def __iter__(self) -> Iterator[M]:
         return map(self._decode, tuple(self._kept))
 
@@ -132,7 +137,7 @@ class Publication(AfterTick):
         self._sent = 0
         self._writer.write(self._data)
         if every is not None:
-            runner.publications[self] = None
+            runner.after_ticks[self] = self
 
     def after_tick(self, frame: int) -> None:
         """Send the message if its period has passed. The session calls this method after each tick.
@@ -151,7 +156,7 @@ class Publication(AfterTick):
 
     def close(self) -> None:
         """Stop sending the message. Safe to call twice."""
-        self._runner.publications.pop(self, None)
+        self._runner.after_ticks.pop(self, None)
 
     def __repr__(self) -> str:
         return f"<Publication {self.topic} ({self.type}), {f'every {self.every:g} s' if self.every else 'once'}>"
@@ -191,13 +196,9 @@ def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
     Raises:
         MessageError: the message does not match the type.
     """
-    definitions = runner.scene.definitions
-    if isinstance(message, dict):
-        message = from_plain(message, message_type, definitions)
-    elif messages.message_type(message) != message_type:
-        raise messages.MessageError(f"expected {message_type}, got {messages.message_type(message)}")
-    messages.check(message, definitions)
-    return messages.encode(message, definitions)
+    if message_type not in runner.encoders:
+        runner.encoders[message_type] = CheckedEncoder(message_type, runner.scene.definitions)
+    return runner.encoders[message_type].encode(message)
 
 
 def _writer(

@@ -33,7 +33,7 @@ def occupancy_map(
 ) -> OccupancyMap:
     """Return an occupancy map of the scene at time 0; `graphrun map` makes the same map for Nav2's map_server.
 
-    >>> floor = ge.bringup.occupancy_map(scene, bounds=((-2, -1), (2, 1)), cell=0.5)
+    >>> floor = bringup.occupancy_map(scene, bounds=((-2, -1), (2, 1)), cell=0.5)
     >>> floor.cells.shape
     (4, 8)
 
@@ -93,8 +93,8 @@ def localizability(
 ) -> Localizability:
     """Compute how well AMCL could localize a robot at each place of a map, as `graphrun map --localizability` does.
 
-    >>> floor = ge.bringup.occupancy_map(scene, bounds=((-2, -1), (2, 1)))
-    >>> result = ge.bringup.localizability(scene, floor, spacing=1.0)
+    >>> floor = bringup.occupancy_map(scene, bounds=((-2, -1), (2, 1)))
+    >>> result = bringup.localizability(scene, floor, spacing=1.0)
     >>> float((result.spread <= 0.1).mean())  # a floor without obstacles
     0.0
 
@@ -145,7 +145,7 @@ def calibrate(
     The test drives use the robot file and its graphs unchanged. They do not use the scene's world and the graphs of the scene
     file. The same files and arguments give the same results.
 
-    >>> result = ge.bringup.calibrate(scene)
+    >>> result = bringup.calibrate(scene)
     >>> result.kinematics, f"{result.wheel_radius:.3f} m", result.outside(0.02)
     ('differential', '0.049 m', ())
 

@@ -14,11 +14,12 @@ import gc
 import importlib
 import io
 import os
-import re
 import sys
-from collections.abc import Collection, Iterable, Sequence
-from typing import Any, NoReturn
+from collections.abc import Sequence
+from typing import NoReturn
 
+from graphengine.cli.options import add_flag
+from graphengine.cli.parser import Parser, add_verb
 from graphengine.format.version import __version__
 
 VERBS = {
@@ -53,8 +54,6 @@ VERBS = {
     "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }
 
-FEW = 12
-"""Maximum number of legal values that the error message for an illegal value lists."""
 FILES_ONLY = ("check", "completion", "explain", "nodes", "schema", "show")
 """Verbs that exchange no data with other programs. They do not import `logging`, so that they start fast."""
 
@@ -62,42 +61,6 @@ MODULES = {"import": "import_graph", "import-robot": "import_urdf"}
 """Module name by verb, for verbs whose module is named differently."""
 OLD_NAMES = {"import-urdf": "import-robot"}
 """Current name of a verb by its former name; former names still work."""
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose error messages have suggestions for misspelt words, short lists, and no control characters."""
-
-    def parse_known_args(  # type: ignore[override]  # typeshed's overloads say no more
-        self, args: Sequence[str] | None = None, namespace: Any = None
-    ) -> tuple[Any, list[str]]:
-        """Parse arguments; exit with an error for unknown ones.
-
-        The parser of each verb reports its unknown arguments itself. In argparse, the top-level parser reports them; it does not
-        know the options of the verb, so it cannot suggest similar ones.
-        """
-        parsed, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            options = [word.partition("=")[0] for word in unknown if word.startswith("--")]
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{_hint(options, self._option_string_actions)}")
-        return parsed, unknown
-
-    def error(self, message: str) -> NoReturn:
-        """Print an error in the command line, with a suggestion if there is one, and exit with code 2."""
-        from graphengine.cli import terminal
-        from graphengine.cli.common import clean
-
-        if choice := _CHOICE.fullmatch(message):
-            argument, given, listed = choice.groups()
-            message = f"argument {argument}: invalid choice: '{given}'"
-            if not argument.startswith("-"):
-                message = f"no {argument.lower()} '{given}'"
-            names = re.findall(r"[\w-]+", re.sub(r" \([^()]*\)", "", listed))  # without the help of transports
-            message += _hint([given], names) or _choices(names)
-        elif missing := _MISSING.fullmatch(message):
-            known = {action.metavar or action.dest: action.choices for action in self._actions}
-            message = f"{missing[1]} {'are' if ', ' in missing[1] else 'is'} missing{_choices([*(known.get(missing[1]) or ())])}"
-        text = clean(f"{self.prog}: {message}\n  see {self.prog} --help\n")
-        self.exit(2, terminal.wrapped(text, sys.stderr))
 
 
 class Version(argparse.Action):
@@ -123,29 +86,6 @@ class Version(argparse.Action):
         parser.exit()
 
 
-_MISSING = re.compile(r"the following arguments are required: (.*)")
-_CHOICE = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
-
-
-def _choices(names: Collection[Any]) -> str:
-    """Return a line that lists legal values; empty if there are none, or so many that only the help lists them."""
-    return f"\n  choose from: {', '.join(str(name) for name in names)}" if 0 < len(names) <= FEW else ""
-
-
-def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
-    """Return one line with a suggestion for each word that is similar to a legal word; an empty text without one."""
-    from graphengine.format.wording import did_you_mean
-
-    names = list(legal)
-    return "".join(f"\n  {near}" for word in words if (near := did_you_mean(word, names)))
-
-
-def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
-    """Add and return the parser of a verb. The summary, as a sentence, is the description of the parser."""
-    about = f"{summary[0].upper()}{summary[1:]}."
-    return verbs.add_parser(name, help=summary.replace("%", "%%"), description=about, **more)
-
-
 def make_parser(*whole: str, plugin: str | None = None) -> argparse.ArgumentParser:
     """Return the parser of the command line. It has all built-in verbs, but the arguments only of the verbs in `whole`.
 
@@ -157,12 +97,8 @@ def make_parser(*whole: str, plugin: str | None = None) -> argparse.ArgumentPars
         description="Simulate ROS 2 robots with MuJoCo; graphs of nodes, written in YAML, control them.",
     )
     parser.add_argument("--version", action=Version, nargs=0, help="show the version and exit")
-    parser.add_argument(
-        "--verbose",
-        action="store_true",
-        help="with --version: also show which sandbox features and transports can be used",
-    )
-    parser.add_argument("--all", action="store_true", help="with --help: also list the verbs of installed packages")
+    add_flag(parser, "--verbose", "with --version: also show which sandbox features and transports can be used")
+    add_flag(parser, "--all", "with --help: also list the verbs of installed packages")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():
         sub = add_verb(verbs, name, summary)
@@ -173,7 +109,7 @@ def make_parser(*whole: str, plugin: str | None = None) -> argparse.ArgumentPars
     if plugin is not None:
         from graphengine.cli.plugin_verbs import add_plugin_verbs
 
-        add_plugin_verbs(parser, verbs, plugin)
+        add_plugin_verbs(parser, verbs, plugin, OLD_NAMES)
     return parser
 
 

@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import FEEDBACK, Live, absolute, add_live_arguments, add_message_arguments, show
+from graphengine.cli.options import add_flag
 from graphengine.cli.subverbs import add_subverbs, execute, reach_of
 from graphengine.ros.network_graph import NetworkGraph
 
@@ -31,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each action")
-    parser.add_argument("-c", "--count-actions", action="store_true", help="print only the number of actions")
+    add_flag(parser, "--show-types", "also print the type of each action", short="-t")
+    add_flag(parser, "--count-actions", "print only the number of actions", short="-c")
     add_live_arguments(parser)
 
 
@@ -57,8 +58,8 @@ def action_types(graph: NetworkGraph) -> dict[str, list[str]]:
 
 def _info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
-    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each client and server")
-    parser.add_argument("-c", "--count", action="store_true", help="print only the number of clients and servers")
+    add_flag(parser, "--show-types", "also print the type of each client and server", short="-t")
+    add_flag(parser, "--count", "print only the number of clients and servers", short="-c")
     add_live_arguments(parser)
 
 
@@ -90,7 +91,7 @@ def _send_goal_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
     parser.add_argument("type", metavar="TYPE", help="action type, such as example_interfaces/action/Fibonacci")
     add_message_arguments(parser, "goal", "goal", "{order: 10}")
-    parser.add_argument("-f", "--feedback", action="store_true", help="print feedback as it arrives")
+    add_flag(parser, "--feedback", "print feedback as it arrives", short="-f")
     parser.epilog = "Ctrl-C cancels the goal. The exit code is 0 if the goal succeeded, else 1."
     add_live_arguments(parser, clock=True)
 

@@ -10,15 +10,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.common import (
-    add_access_arguments,
-    add_repeatable,
-    clean,
-    fitted_table,
-    log_problem,
-    open_scene,
-    table,
-)
+from graphengine.cli.common import add_access_arguments, clean, fitted_table, log_problem, open_scene, table
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.progress import share_of
 from graphengine.cli.quantities import number, whole
 from graphengine.format.errors import UsageError
@@ -57,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     write = (
         "write the measured wheel radius, track, wheel base and covariances to the files of the robot and its graphs"
     )
-    result.add_argument("--write", action="store_true", help=write)
+    add_flag(result, "--write", write)
     picture = "SVG file to write, with a square path as commanded, as driven and by odometry"
     result.add_argument("--picture", metavar="FILE", type=Path, help=picture)
     form = "output format (default text); json has SI units, and null for values that were not measured"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, counted, make_options, print_findings
 from graphengine.cli.finding_formats import annotation, repository_root
+from graphengine.cli.options import add_flag
 from graphengine.cli.progress import progress
 from graphengine.format.diagnostics import Findings, to_json
 from graphengine.format.errors import UsageError
@@ -26,7 +27,7 @@ ORDER = ("scene", "robot", "graph", "unreadable")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun check` to its parser."""
     add_file_arguments(parser, many=True)
-    parser.add_argument("--strict", action="store_true", help="exit with code 1 also if there are only warnings")
+    add_flag(parser, "--strict", "exit with code 1 also if there are only warnings")
     form = "output format (default text); github prints annotations for pull requests in GitHub Actions"
     parser.add_argument("--format", choices=("text", "json", "github"), default="text", help=form)
     parser.epilog = (

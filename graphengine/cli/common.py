@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
 from graphengine.cli.finding_formats import coloured
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import ip_address, port, whole
 from graphengine.format.diagnostics import CheckError, Finding, Findings
@@ -44,8 +45,7 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False, r
     add_repeatable(
         parser, "--set", "NODE.PORT=VALUE", "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
     )
-    state = "publish the topics of robot_state_publisher for each robot"
-    parser.add_argument("--robot-state", action="store_true", help=state)
+    add_flag(parser, "--robot-state", "publish the topics of robot_state_publisher for each robot")
     localization = (
         "truth: publish map -> odom for each mobile robot from its true pose, instead of running AMCL or SLAM"
     )
@@ -63,12 +63,7 @@ def add_access_arguments(parser: argparse.ArgumentParser) -> None:
     variable = "let graphs read this environment variable with IsaacReadEnvVar"
     add_repeatable(parser, "--env", "NAME", variable)
     scripts = "let graphs run the Python code of their ScriptNodes without a sandbox; read the code first"
-    parser.add_argument("--allow-scripts", action="store_true", help=scripts)
-
-
-def add_repeatable(parser: argparse._ActionsContainer, option: str, metavar: str, what: str, **more: Any) -> None:
-    """Add an option that may be repeated; its value is the list of all given values."""
-    parser.add_argument(option, metavar=metavar, action="append", default=[], help=f"{what}; may be repeated", **more)
+    add_flag(parser, "--allow-scripts", scripts)
 
 
 class _Transports:
@@ -111,13 +106,8 @@ def add_import_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     """Add `--view-host` and `--view-port` for the web page."""
-    parser.add_argument(
-        "--view-host",
-        metavar="ADDRESS",
-        type=ip_address,
-        default="127.0.0.1",
-        help="address to serve the web page on (default 127.0.0.1)",
-    )
+    host = "address to serve the web page on (default 127.0.0.1)"
+    parser.add_argument("--view-host", metavar="ADDRESS", type=ip_address, default="127.0.0.1", help=host)
     parser.add_argument(
         "--view-port", metavar="PORT", type=port, default=0, help="port to serve the web page on (default: a free port)"
     )

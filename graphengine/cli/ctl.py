@@ -11,8 +11,10 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli import Parser, add_verb, terminal
+from graphengine.cli import terminal
 from graphengine.cli.common import clean, counted, parse_set, table
+from graphengine.cli.options import add_flag
+from graphengine.cli.parser import Parser, add_verb
 from graphengine.cli.quantities import angle, duration, number, rate, target, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry
@@ -23,6 +25,7 @@ from graphengine.format.wording import listing
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+_FORCE = "place the robot even if it overlaps other objects; physics then pushes them apart"
 EXAMPLES = """examples:
   graphrun run dd100_warehouse --paused  in one terminal; in another:
   graphrun ctl step 60                   run 60 ticks (one second), then pause
@@ -31,6 +34,7 @@ EXAMPLES = """examples:
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
   graphrun ctl command arm --positions shoulder=0.5 elbow=90deg
   graphrun ctl move dd100 0 4 --yaw 90deg
+  graphrun ctl reset-robot arm --joints shoulder=0.5
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl set DiffController.maxLinearSpeed=0.5
   graphrun ctl reset --scope state
@@ -71,12 +75,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for place in (parser, common):  # before or after the command; the latter must not replace what the former found
         which, suppressed = "run to control (default: the only one)", argparse.SUPPRESS
         place.add_argument("--run", metavar="NAME|PID", default=suppressed, help=which)
-        place.add_argument("--json", action="store_true", default=suppressed, help="print the result as JSON")
+        add_flag(place, "--json", "print the result as JSON", default=suppressed)
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
-    def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
+    def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] = lambda given: {}) -> Any:
         sub = add_verb(verbs, name, summary, parents=[common])
-        sub.set_defaults(arguments=make or (lambda given: {field: getattr(given, field) for field in fields}))
+        sub.set_defaults(arguments=lambda given: {field: getattr(given, field) for field in fields} | make(given))
         return sub
 
     add("state", "print the state, time, rate, robots and movable objects of the run")
@@ -125,7 +129,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_robots(add: Callable[..., Any]) -> None:
-    spawn = add("spawn", "add a robot to the scene", make=_spawn)
+    spawn = add("spawn", "add a robot to the scene", "name", "force", make=_spawn)
     spawn.add_argument("name", metavar="NAME", help="name of the robot, unique in the scene")
     file = "robot file: a path relative to the working directory, or as after `use:` in a scene file; the run must be allowed"
     file += " to read it"
@@ -137,13 +141,12 @@ def _add_robots(add: Callable[..., Any]) -> None:
         "--namespace", metavar="NAMESPACE", help="namespace of the robot's topics (default: that of the robot file)"
     )
     spawn.add_argument("--prim", metavar="PATH", help="prim path of the robot, such as /World/robot (default: /NAME)")
-    state = "publish the topics of robot_state_publisher for this robot"
-    spawn.add_argument("--robot-state", action="store_true", help=state)
-    force = "place the robot even if it overlaps other objects; physics then pushes them apart"
-    spawn.add_argument("--force", action="store_const", const=True, help=force)  # older runs accept no `False`
+    add_flag(spawn, "--robot-state", "publish the topics of robot_state_publisher for this robot")
+    spawn.add_argument("--force", action="store_const", const=True, help=_FORCE)  # older runs accept no `False`
     delete = add("delete", "remove a robot from the scene", "name")
     delete.add_argument("name", metavar="NAME", help="name of the robot")
-    move = add("move", "move a robot or an object of the world", make=_move)
+    moved = "entity", "linear", "angular", "odometry", "force"
+    move = add("move", "move a robot or an object of the world", *moved, make=_move)
     move.add_argument("entity", metavar="NAME", help="name of the robot or object")
     where = "of the object, or of the robot's base link, in the world frame, m"
     for axis, meaning in (("x", f"x {where}"), ("y", f"y {where}"), ("z", f"z {where} (default: keep the height)")):
@@ -156,6 +159,17 @@ def _add_robots(add: Callable[..., Any]) -> None:
     move.add_argument("--force", action="store_const", const=True, help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
     move.add_argument("--odometry-jumps", action="store_const", const="jumps", dest="odometry", help=jumps)
+    summary = "return one robot to its initial pose and joint positions"
+    reset = add("reset-robot", summary, "keyframe", "force", make=_reset_robot)
+    reset.add_argument("name", metavar="NAME", help="name of the robot")
+    place = "position of the base link in the world frame, m (default: the initial position)"
+    reset.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=place)
+    _add_rotation(reset)
+    positions = "positions of joints, rad or m, or as shoulder=90deg (default: the initial positions)"
+    reset.add_argument("--joints", metavar="JOINT=NUMBER", nargs="+", type=target(angle), default=(), help=positions)
+    keyframe = "keyframe of the robot's MuJoCo model, in place of the initial state"
+    reset.add_argument("--keyframe", metavar="KEYFRAME", help=keyframe)
+    add_flag(reset, "--force", _FORCE)
     summary = "print all that would be close to a robot or object at another position, in any heading"
     clearance = add("clearance", summary, "entity", "position", "margin")
     clearance.add_argument("entity", metavar="NAME", help="name of the robot or object")
@@ -175,14 +189,10 @@ def _add_forces(add: Callable[..., Any]) -> None:
         "duration in simulation time, such as 0.5s or 200ms; required for a force (default for an impulse: one tick)"
     )
     push.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=how_long)
-    push.add_argument(
-        "--at",
-        metavar="X,Y,Z",
-        type=vector(3),
-        help="point of application in the world frame, m (default: centre of mass)",
-    )
+    point = "point of application in the world frame, m (default: centre of mass)"
+    push.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=point)
 
-    command = add("command", "set targets of a robot's joints from the next tick on", make=_command)
+    command = add("command", "set targets of a robot's joints from the next tick on", "robot", make=_command)
     command.add_argument("robot", metavar="NAME", help="name of the robot")
     kinds = {
         "positions": "position targets, rad or m, or as shoulder=90deg; the joints need drives with stiffness",
@@ -226,27 +236,22 @@ def _spawn(given: argparse.Namespace) -> dict[str, Any]:
         "namespace": given.namespace,
         "robot_state": given.robot_state,
     }
-    use = {key: value for key, value in use.items() if value is not None}
-    return {"name": given.name, "use": use, "force": given.force}
+    return {"use": {key: value for key, value in use.items() if value is not None}}
 
 
 def _move(given: argparse.Namespace) -> dict[str, Any]:
     position = [value for value in (given.x, given.y, given.z) if value is not None]
-    return {
-        "entity": given.entity,
-        "position": position or None,
-        "orientation": _rotation(given),
-        "linear": given.linear,
-        "angular": given.angular,
-        "odometry": given.odometry,
-        "force": given.force,
-    }
+    return {"position": position or None, "orientation": _rotation(given)}
+
+
+def _reset_robot(given: argparse.Namespace) -> dict[str, Any]:
+    where = {"position": given.at, "orientation": _rotation(given)}
+    return {"robot": given.name, "joints": dict(given.joints), **where}
 
 
 def _command(given: argparse.Namespace) -> dict[str, Any]:
     kinds = ("positions", "velocities", "efforts")
-    targets = {kind: dict(getattr(given, kind)) for kind in kinds if getattr(given, kind) is not None}
-    return {"robot": given.robot, **targets}
+    return {kind: dict(getattr(given, kind)) for kind in kinds if getattr(given, kind) is not None}
 
 
 def _assign(given: argparse.Namespace) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from graphengine.cli import run
+from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import duration, whole
 from graphengine.format.distribution import install_command
 from graphengine.format.files import near, shipped
@@ -34,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     simulated = "simulation time to run, such as 10, 10s, 500ms or 2min (default: until Ctrl-C)"
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
-    parser.add_argument("--no-view", action="store_true", help="do not serve the web page that shows the run")
+    add_flag(parser, "--no-view", "do not serve the web page that shows the run")
     parser.add_argument("--seed", type=whole, default=0, help="seed of the lidar's noise (default 0)")
     add_transport_argument(parser, reaching_others=False)
     parser.epilog = "`graphrun run demo` runs the same scene with all options of `graphrun run`."

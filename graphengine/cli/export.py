@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from graphengine.cli.common import add_file_arguments, clean, open_scene, print_findings, refuse_to_overwrite
+from graphengine.cli.options import add_flag
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 
@@ -13,20 +14,16 @@ from graphengine.format.diagnostics import Findings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun export` to its parser."""
     add_file_arguments(parser)
-    parser.add_argument(
-        "--to",
-        choices=("isaac-script",),
-        default="isaac-script",
-        help="format of the output; isaac-script: Python script for Isaac Sim (default)",
-    )
+    form = "format of the output; isaac-script: Python script for Isaac Sim (default)"
+    parser.add_argument("--to", choices=("isaac-script",), default="isaac-script", help=form)
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="script to write (default: print it to standard output)"
     )
-    parser.add_argument("--force", action="store_true", help="overwrite an existing file")
+    add_flag(parser, "--force", "overwrite an existing file")
     strict = (
         "write no script if the graph has nodes or ports that Isaac Sim does not have (default: write them as comments)"
     )
-    parser.add_argument("--strict", action="store_true", help=strict)
+    add_flag(parser, "--strict", strict)
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.devices.rotation import tilt_of
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError
 from graphengine.format.wording import printable
@@ -88,8 +89,7 @@ def _base(pose: Pose, begin: Pose, placed: float) -> list[str]:
         begin: its pose at t = 0, after settling.
         placed: its height in the scene file, m.
     """
-    x, y, _, _ = pose.orientation
-    tilt = math.degrees(2.0 * math.asin(min(1.0, math.hypot(x, y))))
+    tilt = math.degrees(tilt_of(pose.orientation))
     down, crept = placed - pose.position[2], math.dist(pose.position[:2], begin.position[:2])
     if tilt > FALLEN or down > SUNK:
         lower = f" {1000 * down:.0f} mm lower and" if down > SUNK else ""
@@ -112,7 +112,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
     hanging: list[tuple[str, float]] = []
     sagging: list[tuple[str, float]] = []
     for name, joint in sim.robots[robot.name].joints.items():
-        described = robot.urdf.joints[name]
+        described = robot.description.joints[name]
         if math.isfinite(targets[name]):
             sagging.append((name, joint.position - targets[name]))
         elif (
@@ -122,7 +122,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
         ):
             hanging.append((name, joint.position - robot.starts.get(name, 0.0)))
     without = "joints without a drive hang, rad or m: {}; --position-drives holds joints that take efforts"
-    if robot.urdf.mjcf is not None:
+    if robot.description.mjcf is not None:
         without = "joints without a position servo move, rad or m: {}"
     return [
         *_worst(without, hanging, HANGING),

@@ -12,18 +12,19 @@ from typing import TYPE_CHECKING
 
 from graphengine.cli.common import (
     add_import_argument,
-    add_repeatable,
     clean,
     counted,
     make_registry,
     print_findings,
     refuse_to_overwrite,
 )
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.quantities import whole
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, near, require_file, require_suffix
+from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
@@ -41,22 +42,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="SCRIPT|STAGE", type=Path, help="a script (.py), or a USD stage (.usda, .usd, .usdc)"
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        type=Path,
-        default=Path(),
-        help="folder to write the YAML files to (default: the working directory)",
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    folder = "folder to write the YAML files to (default: the working directory)"
+    parser.add_argument("-o", "--output", metavar="FOLDER", type=Path, default=Path(), help=folder)
+    add_flag(parser, "--force", "overwrite existing files")
     add_repeatable(parser, "--allow", "FOLDER", "also let the script or stage read files in this folder", type=Path)
     add_import_argument(parser)
     robot = "prim path of the robot in the script or stage; the files contain $(robot) instead, so that a robot file can use them"
     parser.add_argument("--robot", metavar="PATH", type=_prim_path, help=robot)
     trust = "run the script or read the stage even if this machine's kernel has no sandbox for it; its code then has all your "
     trust += "permissions: it can read and write your files, start programs and use the network"
-    parser.add_argument("--trust", action="store_true", help=trust)
+    add_flag(parser, "--trust", trust)
     call = (
         "function call to make after loading a script that only defines functions, such as \"build('/World/robot')\"; "
     )
@@ -234,5 +229,4 @@ def _notes(findings: Findings) -> Iterator[str]:
     if len(notes) > LONGEST:
         yield f"note: … ({len(notes) - LONGEST} more)"
     if passed:
-        more = f", … ({len(passed) - LONGEST} more)" if len(passed) > LONGEST else ""
-        yield f"note N302: left out, because it does not belong to a graph: {', '.join(passed[:LONGEST])}{more}"
+        yield listing(passed, "note N302: left out, because it does not belong to a graph", LONGEST)

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import counted
-from graphengine.format.diagnostics import Finding, Findings
+from graphengine.format.diagnostics import Finding, Findings, Span
 from graphengine.format.files import near
 from graphengine.format.wording import listing, quoted
 
 if TYPE_CHECKING:
     from graphengine.bringup.robots.import_robot import Imported
-    from graphengine.descriptions.robot_files.draft import Remark
 
 LONGEST = 12
 """Maximum number of lines for remarks of one kind; the robot file has all remarks."""
@@ -24,15 +23,15 @@ WIDEST = 160
 
 def report(imported: Imported, findings: Findings) -> list[str]:
     """Return the lines of the report on an imported robot."""
-    robot, urdf = imported.robot, imported.robot.urdf
+    robot, description = imported.robot, imported.robot.description
     draft = imported.draft
     base = "free" if imported.free else "fixed to the world"
     if imported.free and not draft.wheels:
         base += "; --fixed-base fixes it to the world"
-    links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
+    links, joints = counted(len(description.links), "link"), counted(len(description.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
-    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {urdf.mass:.4g} kg"]
-    lines += [f"base link {urdf.root}, {base}"]
+    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {description.mass:.4g} kg"]
+    lines += [f"base link {description.root}, {base}"]
     if imported.lowest is not None:
         pose = "all joints at zero" if robot.keyframe is None else f"joints as in keyframe {robot.spec.start}"
         lines.append(f"lowest collider at z = {imported.lowest:.4f} m, {pose}")
@@ -42,11 +41,11 @@ def report(imported: Imported, findings: Findings) -> list[str]:
         lines.append(listing(followers, "joints that follow another joint"))
     written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
     notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
-    lines += _some("note", [": ".join([note.message, *note.help]) for note in notes], _places(notes, column=True))
-    lines += _remarks("carried over", draft.carried)
-    lines += _remarks("noticed", draft.noticed)
-    lines += _remarks("guessed", draft.guessed)
-    lines += _remarks("not carried over", draft.lost)
+    lines += _some("note", [(": ".join([note.message, *note.help]), _place(note.span, column=True)) for note in notes])
+    known = {"carried over": draft.carried, "noticed": draft.noticed}
+    unknown = {"guessed": draft.guessed, "not carried over": draft.lost}
+    for what, remarks in (known | unknown).items():
+        lines += _some(what, [(remark.text, _place(remark.span)) for remark in remarks])
     if imported.outside:
         allowed = " ".join(f"--allow {quoted(near(str(folder)))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
@@ -64,26 +63,20 @@ def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
     return finding.span is not None and finding.span.source.path in paths
 
 
-def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
-    """Return lines for the first `LONGEST` remarks, each with its label, and with its file and line if known."""
-    return _some(what, [remark.text for remark in remarks], _places(remarks))
+def _place(span: Span | None, *, column: bool = False) -> str:
+    """Return the file and line of a span, with `column` also its column, in brackets; empty if there is no span."""
+    if span is None:
+        return ""
+    return f" ({Path(span.source.path).name}:{span.line}{f':{span.column}' if column else ''})"
 
 
-def _places(items: Sequence[Remark] | Sequence[Finding], *, column: bool = False) -> list[str]:
-    spans = [item.span for item in items]
-    ends = [f":{span.column}" if span is not None and column else "" for span in spans]
-    names = [f" ({Path(span.source.path).name}:{span.line}" if span is not None else "" for span in spans]
-    return [name and f"{name}{end})" for name, end in zip(names, ends, strict=True)]
-
-
-def _some(what: str, items: Sequence[str], ends: Sequence[str]) -> list[str]:
+def _some(what: str, items: Sequence[tuple[str, str]]) -> list[str]:
     """Return lines for the first `LONGEST` items, and a line with the number of the others.
 
     Args:
         what: label before each item.
-        items: texts, which are cut to `WIDEST` characters.
-        ends: text to append to each item.
+        items: text of each item, which is cut to `WIDEST` characters, and its place.
     """
-    cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
-    shown = [f"{what}: {item}{end}" for item, end in zip(cut, ends, strict=False)]
+    cut = [(text if len(text) <= WIDEST else f"{text[: WIDEST - 1]}…", place) for text, place in items[:LONGEST]]
+    shown = [f"{what}: {text}{place}" for text, place in cut]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

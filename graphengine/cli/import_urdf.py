@@ -12,16 +12,11 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.common import (
-    add_repeatable,
-    add_transport_argument,
-    clean,
-    print_findings,
-    refuse_to_overwrite,
-)
+from graphengine.cli.common import add_transport_argument, clean, print_findings, refuse_to_overwrite
 from graphengine.cli.import_report import example, report
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
@@ -42,20 +37,11 @@ TOPIC = "/robot_description"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun import-robot` to its parser."""
-    parser.add_argument(
-        "file",
-        metavar="URDF|XACRO|SDF|MJCF",
-        nargs="?",
-        help="robot description file; without a file, give --topic or --node",
-    )
+    description = "robot description file; without a file, give --topic or --node"
+    parser.add_argument("file", metavar="URDF|XACRO|SDF|MJCF", nargs="?", help=description)
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write, such as my_robot.yaml")
-    parser.add_argument(
-        "--args",
-        action="store_true",
-        dest="list_arguments",
-        help="list the arguments of a xacro file and write no files",
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    add_flag(parser, "--args", "list the arguments of a xacro file and write no files", dest="list_arguments")
+    add_flag(parser, "--force", "overwrite existing files")
     add_source_arguments(parser)
 
 
@@ -67,13 +53,8 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"
     )
     source.add_argument("--node", help="read the description from the parameter robot_description of this node")
-    parser.add_argument(
-        "--timeout",
-        metavar="TIME",
-        type=duration,
-        default=WAIT,
-        help=f"maximum time to wait for --topic or --node, such as 10s (default {WAIT:g}s)",
-    )
+    wait = f"maximum time to wait for --topic or --node, such as 10s (default {WAIT:g}s)"
+    parser.add_argument("--timeout", metavar="TIME", type=duration, default=WAIT, help=wait)
     add_transport_argument(parser, " for --topic and --node")
     parser.add_argument(
         "--controllers",
@@ -88,8 +69,8 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
     left_out = "leave out everything from this package: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
     drives = "add position drives to joints that take efforts, to hold them; gains follow from the mass matrix (not for MJCF)"
-    parser.add_argument("--position-drives", action="store_true", help=drives)
-    parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
+    add_flag(parser, "--position-drives", drives)
+    add_flag(parser, "--fixed-base", "fix the root link to the world, as for an arm")
     packages = (
         "ROS package or Gazebo model, or a folder with several, in which package:// and model:// references are found"
     )
@@ -108,17 +89,11 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the robot file, or with `--args` list the xacro arguments; return 0, or 1 if the description has errors."""
-    from graphengine.bringup.robots.import_robot import import_robot
-
     if arguments.list_arguments:
         return _list_arguments(arguments)
     _check_output(arguments)
-    check_source(arguments)
     findings = Findings()
-    origin = find_origin(arguments, arguments.output, findings)
-    with progress("importing"):
-        imported = import_robot(origin, findings) if origin is not None else None
-    print_findings(findings, notes=False)
+    imported = import_source(arguments, arguments.output, findings)
     if imported is None:
         print(f"{arguments.output} is not written", file=sys.stderr)
         return 1
@@ -129,13 +104,35 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def import_source(arguments: argparse.Namespace, target: Path, findings: Findings, **changes: Any) -> Imported | None:
+    """Import the robot that the command line names, and print errors and warnings; return None after an error.
+
+    Args:
+        arguments: arguments that `add_source_arguments` added, and `file`.
+        target: path of the robot file to write.
+        findings: receives errors, warnings and notes.
+        changes: fields of the `Origin` to change before the import.
+
+    Raises:
+        UsageError: not exactly one source is given, options do not apply to the source, or a value is invalid.
+    """
+    from graphengine.bringup.robots.import_robot import import_robot
+
+    check_source(arguments)
+    origin = find_origin(arguments, target, findings)
+    with progress("importing"):
+        imported = import_robot(replace(origin, **changes), findings) if origin is not None else None
+    print_findings(findings, notes=False)
+    return imported
+
+
 def corrections(imported: Imported, robot_file: Path) -> list[str]:
     """Measure the track of a skid-steered robot in test drives, and arcs at its limits; return lines on what was written."""
-    from graphengine.bringup.calibration.arc_track import correct_track, lower_turn
-
     told = imported.draft.controller_track
     if told is None or not imported.free:
         return []
+    from graphengine.bringup.calibration.arc_track import correct_track, lower_turn
+
     robot = robot_file, imported.robot.name, imported.lift, imported.outside
     lines: list[str] = []
     with progress("measuring the track"):
@@ -199,8 +196,16 @@ def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings)
         target: path of the robot file to write.
         findings: receives errors and notes.
     """
+    from graphengine.bringup.robots.controllers_file import load_parameters
+
     read = _from_file if arguments.file else _from_network
-    origin = _with_controllers(read(arguments, target, findings), arguments, findings)
+    origin = read(arguments, target, findings)
+    if origin is not None and arguments.controllers is not None:
+        path = Path(near(arguments.controllers))
+        require_file(path)
+        origin.packages.files.note(path)
+        controllers = load_parameters(path, findings)
+        origin = replace(origin, controllers=controllers) if not findings.errors else None
     return replace(origin, position_drives=arguments.position_drives) if origin is not None else None
 
 
@@ -217,31 +222,18 @@ def _from_network(arguments: argparse.Namespace, target: Path, findings: Finding
     return Origin(element, packages, None, told, target, arguments.fixed_base)
 
 
-def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    """Return the description with the content of the `--controllers` file, if one is given; return None after an error."""
-    if origin is None or arguments.controllers is None:
-        return origin
-    from graphengine.bringup.robots.controllers_file import load_parameters
-
-    path = Path(near(arguments.controllers))
-    require_file(path)
-    origin.packages.files.note(path)
-    controllers = load_parameters(path, findings)
-    return replace(origin, controllers=controllers) if not findings.errors else None
-
-
 def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
     from graphengine.bringup.robots.import_robot import Origin
     from graphengine.bringup.robots.robot_source import Wishes, read_source
+    from graphengine.descriptions.added_formats import read_root
     from graphengine.descriptions.files.packages import Packages
-    from graphengine.descriptions.files.xml import read
     from graphengine.descriptions.sdf.sdf_files import is_sdf
     from graphengine.descriptions.xacro import xacro
 
     path = Path(near(arguments.file))
     require_file(path)
     require_suffix(path, "import-robot")
-    element = read(path, findings, "S103")
+    element = read_root(path, findings)
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
@@ -271,14 +263,14 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
 def _list_arguments(arguments: argparse.Namespace) -> int:
     """Print the arguments of a xacro file; return 0, or 1 if the file cannot be read."""
     from graphengine.bringup.robots.robot_source import arguments_of
+    from graphengine.descriptions.added_formats import read_root
     from graphengine.descriptions.files.packages import Packages
-    from graphengine.descriptions.files.xml import read
 
     if not arguments.file:
         raise UsageError("--args: give a file; only a xacro file has arguments to list")
     path, findings = Path(near(arguments.file)), Findings()
     require_file(path)
-    element = read(path, findings, "S103")
+    element = read_root(path, findings)
     if element is not None:
         packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
         lines = arguments_of(path, element, packages, findings)

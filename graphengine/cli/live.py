@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_message_path, add_transport_argument, chosen_distro, clean, message_paths
+from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import seconds
 from graphengine.format import interrupts
 from graphengine.format.errors import TransportError
@@ -39,11 +40,9 @@ def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) 
     add_transport_argument(parser)
     spin = "time to wait for the discovery of other nodes (default 0.5 with dds, 2 with rclpy)"
     parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
-    parser.add_argument("--no-daemon", action="store_true", help="has no effect; unlike ros2, graphrun has no daemon")
+    add_flag(parser, "--no-daemon", "has no effect; unlike ros2, graphrun has no daemon")
     if clock:
-        parser.add_argument(
-            "-s", "--use-sim-time", action="store_true", help="use the simulation time on /clock, not wall time"
-        )
+        add_flag(parser, "--use-sim-time", "use the simulation time on /clock, not wall time", short="-s")
     add_message_path(parser)
 
 
@@ -62,7 +61,7 @@ def add_message_arguments(parser: argparse.ArgumentParser, name: str, noun: str,
         " time of sending"
     )
     source.add_argument(name, metavar=name.upper(), nargs="?", default="{}", help=what)
-    source.add_argument("--stdin", action="store_true", help=f"read the {noun} from standard input")
+    add_flag(source, "--stdin", f"read the {noun} from standard input")
 
 
 class Live:

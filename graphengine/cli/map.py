@@ -7,7 +7,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.common import add_allow_argument, add_repeatable, clean, open_file, reading_options
+from graphengine.cli.common import add_allow_argument, clean, open_file, reading_options
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.progress import progress, share_of
 from graphengine.cli.quantities import number, whole
 from graphengine.format.diagnostics import Findings
@@ -56,10 +57,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     prims("--include", "prim of a robot or movable body to map as an obstacle")
     prims("--exclude", "prim that is not an obstacle")
     local = parser.add_argument_group("localizability")
-    local.add_argument(
+    add_flag(
+        local,
         "--localizability",
-        action="store_true",
-        help="also write NAME_localizability.png and .csv: how well AMCL could localize the robot at each place",
+        "also write NAME_localizability.png and .csv: how well AMCL could localize the robot at each place",
     )
     local.add_argument("--robot", metavar="NAME", help="robot whose lidar is used (default: the first one)")
     local.add_argument("--lidar", metavar="PRIM", help="lidar to use; required if the robot has several")

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from graphengine.cli import import_urdf
-from graphengine.cli.common import clean, print_findings
+from graphengine.cli.common import clean
 from graphengine.cli.import_report import report
 from graphengine.cli.progress import progress
 from graphengine.cli.project import WORLDS, Project
@@ -19,12 +19,8 @@ from graphengine.format.errors import UsageError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun new` to its parser."""
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder to create; it must be empty or not exist")
-    parser.add_argument(
-        "--from",
-        metavar="URDF|XACRO|SDF|MJCF",
-        dest="file",
-        help="robot description file (default: use the included Clearpath Dingo-D)",
-    )
+    description = "robot description file (default: use the included Clearpath Dingo-D)"
+    parser.add_argument("--from", metavar="URDF|XACRO|SDF|MJCF", dest="file", help=description)
     parser.add_argument("--world", choices=WORLDS, help="world of the scene (default: table for an arm, else flat)")
     import_urdf.add_source_arguments(parser)
 
@@ -47,18 +43,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _from_description(arguments: argparse.Namespace, project: Project) -> int:
-    from dataclasses import replace
-
-    from graphengine.bringup.robots.import_robot import import_robot
     from graphengine.cli.first_run import SECONDS, first_run
 
-    import_urdf.check_source(arguments)
     findings = Findings()
-    origin = import_urdf.find_origin(arguments, project.robot_file, findings)
-    with progress("importing"):
-        bundled = replace(origin, path=None, bundled=True) if origin is not None else None
-        imported = import_robot(bundled, findings) if bundled is not None else None
-    print_findings(findings, notes=False)
+    imported = import_urdf.import_source(arguments, project.robot_file, findings, path=None, bundled=True)
     if imported is None:
         print(f"{project.folder} is not written", file=sys.stderr)
         return 1

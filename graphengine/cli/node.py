@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterable
 
 from graphengine.cli.live import FEEDBACK, Live, absolute, add_live_arguments, is_hidden, show, types_by_name
+from graphengine.cli.options import add_flag
 from graphengine.cli.subverbs import add_subverbs, execute
 from graphengine.ros.network_graph import Direction, NetworkGraph
 
@@ -26,8 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-a", "--all", action="store_true", help="include nodes whose name begins with _")
-    parser.add_argument("-c", "--count-nodes", action="store_true", help="print only the number of nodes")
+    add_flag(parser, "--all", "include nodes whose name begins with _", short="-a")
+    add_flag(parser, "--count-nodes", "print only the number of nodes", short="-c")
     add_live_arguments(parser)
 
 
@@ -49,11 +50,7 @@ def node_names(graph: NetworkGraph, hidden: bool) -> list[str]:
 
 def _info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("node", metavar="NODE", help="node, such as /graphengine")
-    parser.add_argument(
-        "--include-hidden",
-        action="store_true",
-        help="include topics, services and actions with a name part that begins with _",
-    )
+    add_flag(parser, "--include-hidden", "include topics, services and actions with a name part that begins with _")
     add_live_arguments(parser)
 
 

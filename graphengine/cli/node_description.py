@@ -77,7 +77,7 @@ def _required(cls: type[Node], port: Port) -> str:
 
 
 def _shown(value: Any) -> str:
-    from graphengine.node.types import listed
+    from graphengine.compiler.port_texts import listed
 
     plain = listed(value)
     if isinstance(plain, str):

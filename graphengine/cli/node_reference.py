@@ -9,9 +9,9 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 
 from graphengine.cli.node_description import default_of, facts_of, summary
+from graphengine.compiler.port_texts import brief
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
-from graphengine.node.types import brief
 
 
 def write_reference(types: Sequence[type[Node]]) -> str:

@@ -19,6 +19,7 @@ from graphengine.cli.common import (
     message_paths,
 )
 from graphengine.cli.node_description import Constants, describe, summary
+from graphengine.cli.options import add_flag
 from graphengine.format.errors import ContextError, UsageError
 from graphengine.format.files import installed_packages
 from graphengine.format.wording import quoted
@@ -45,9 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_message_path(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
-    form.add_argument(
-        "--markdown", action="store_true", help="print a reference of all node types, or of NAME, as Markdown"
-    )
+    add_flag(form, "--markdown", "print a reference of all node types, or of NAME, as Markdown")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -163,7 +162,7 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
 
 
 def _record(cls: type[Node]) -> dict[str, Any]:
-    from graphengine.node.types import listed
+    from graphengine.compiler.port_texts import listed
 
     ports = [port for port in cls.fields.values() if port.side != "state"]
     return {

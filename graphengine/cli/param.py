@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import clean
 from graphengine.cli.live import Live, absolute, add_live_arguments, is_hidden, show
+from graphengine.cli.options import add_flag
 from graphengine.cli.parameter_file import EVERY_NODE, KEY, nested, read
 from graphengine.cli.subverbs import add_subverbs, execute, reach_of
 from graphengine.format.errors import TransportError, UsageError
@@ -44,10 +45,10 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser, optional=True)
     matching = "list only parameters whose name begins with a match of this expression"
     parser.add_argument("--filter", metavar="REGEX", help=matching)
-    parser.add_argument("--include-hidden-nodes", action="store_true", help="include nodes whose name begins with _")
+    add_flag(parser, "--include-hidden-nodes", "include nodes whose name begins with _")
     prefixes = "list only parameters with these prefixes, such as cmd_vel.DiffController"
     parser.add_argument("--param-prefixes", metavar="PREFIX", nargs="+", default=[], help=prefixes)
-    parser.add_argument("--param-type", action="store_true", help="also print the type of each parameter")
+    add_flag(parser, "--param-type", "also print the type of each parameter")
     add_live_arguments(parser)
 
 
@@ -87,7 +88,7 @@ def _list(arguments: argparse.Namespace) -> int:
 def _get_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser)
     _add_parameter_argument(parser)
-    parser.add_argument("--hide-type", action="store_true", help="print only the value")
+    add_flag(parser, "--hide-type", "print only the value")
     add_live_arguments(parser)
 
 
@@ -240,8 +241,7 @@ def _load_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser)
     form = "YAML file in the form that `graphrun param dump` prints"
     parser.add_argument("file", metavar="FILE", type=Path, help=form)
-    wildcard = f"ignore the parameters below {EVERY_NODE}, which are for all nodes"
-    parser.add_argument("--no-use-wildcard", action="store_true", help=wildcard)
+    add_flag(parser, "--no-use-wildcard", f"ignore the parameters below {EVERY_NODE}, which are for all nodes")
     add_live_arguments(parser)
 
 

@@ -1,6 +1,6 @@
 """Verbs that installed packages add to `graphrun`, by entry points of the group `graphengine.verbs`.
 
-The name of an entry point is the verb. Its object is a module like those of the built-in verbs, and `HELP`:
+The name of an entry point is the verb. It refers to a module like those of the built-in verbs, with a constant `HELP`:
 
     HELP = "print how far a robot drives"                             one line, as in `VERBS` of `graphengine.cli`
     def add_arguments(parser: argparse.ArgumentParser) -> None        adds the arguments of the verb to its parser
@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from graphengine.cli import OLD_NAMES, VERBS, add_verb
 from graphengine.cli.common import clean
+from graphengine.cli.parser import add_verb
 from graphengine.cli.terminal import wrapped
 from graphengine.format.entry_points import by_name, first_line, load_only, package_of
 from graphengine.format.errors import GraphError
@@ -27,18 +27,19 @@ GROUP = "graphengine.verbs"
 _PARTS: dict[str, Any] = {"HELP": str, "add_arguments": Callable, "execute": Callable}
 
 
-def add_plugin_verbs(parser: argparse.ArgumentParser, verbs: Any, chosen: str) -> None:
-    """Add the verbs of installed packages to the parser of `graphrun`, except those whose names are names of built-in verbs.
+def add_plugin_verbs(parser: argparse.ArgumentParser, verbs: Any, chosen: str, old_names: Iterable[str]) -> None:
+    """Add the verbs of installed packages to the parser of `graphrun`. Built-in verbs of the same name take precedence.
 
     Args:
         parser: the parser.
-        verbs: its subparsers.
+        verbs: its subparsers, those of the built-in verbs.
         chosen: the verb to execute. Of the other verbs, only the names are added, for suggestions. If the module of the verb
             cannot be used, the process ends with an error. If the text is empty, all verbs are added with their arguments; the
             help of a verb that cannot be used says why.
+        old_names: former names of built-in verbs.
     """
     found = by_name(entry_points(group=GROUP))
-    own = {*VERBS, *OLD_NAMES}
+    own = {*verbs.choices, *old_names}
     unused = ", ".join(f"{name} of {package_of(entry)}" for name in found if name in own for entry in found[name])
     parser.epilog = "If a package has a verb with the name of a built-in verb, graphrun uses the built-in verb"
     parser.epilog += f"; not used: {unused}." if unused else "." if found else ". No installed package has a verb."

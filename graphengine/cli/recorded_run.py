@@ -109,7 +109,7 @@ def _start(
         print(plain(f"warning: {text}"), file=sys.stderr)
 
     with start_runner(scene, _how_to_run(recording.manifest, warn, log)) as runner:
-        here = platform_info.describe(runner.scene, runner.session.services.world)
+        here = platform_info.describe(runner.scene, runner.session)
         for line in platform_info.differences(recording.manifest.machine, here):
             warn(f"{line}; results may differ in their last bits")
         return use(RecordedRun(recording, runner, plain, warn))
@@ -166,8 +166,6 @@ def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
     Raises:
         UsageError: the method needs numba, which is not installed.
     """
-    from graphengine.format.errors import UsageError
-
     if rays == "fast" and find_spec("numba") is None:
         raise UsageError(
             f"{recording}: the run cast the rays of lidars with --rays fast, which needs numba\n"
@@ -187,7 +185,6 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     """
     from graphengine.cli.common import make_registry
     from graphengine.compiler.registry import default_registry
-    from graphengine.format.errors import UsageError
 
     library = set(default_registry().modules.values())
     ours = [name for name in recorded if any(f"{known}.".startswith(f"graphengine.{name}.") for known in library)]

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.options import add_repeatable
 from graphengine.cli.quantities import whole
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ LONGEST = 80
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun replay` to its parser."""
-    from graphengine.cli.common import add_access_arguments, add_repeatable
+    from graphengine.cli.common import add_access_arguments
 
     parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
     against = "replay the recorded inputs to this scene or graph instead of the recorded one"

@@ -14,6 +14,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from graphengine.cli.console import Console
+from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import address, duration, rate
 from graphengine.cli.terminal import wrapped
 
@@ -32,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
     pace = "realtime, max, or a factor of real time, such as 0.5 (default realtime; max with --transport memory)"
     parser.add_argument("--rate", type=rate, help=pace)
-    parser.add_argument("--paused", action="store_true", help="start paused; `graphrun ctl play` starts the simulation")
-    parser.add_argument("--no-control", action="store_true", help="disable `graphrun ctl` for this run")
+    add_flag(parser, "--paused", "start paused; `graphrun ctl play` starts the simulation")
+    add_flag(parser, "--no-control", "disable `graphrun ctl` for this run")
     interfaces = (
         "offer the services of ROS 2's simulation_interfaces in this namespace (default /); everyone on the network can then"
         " stop, step and reset the run, and spawn and move robots; runs in the same ROS domain need different namespaces,"
@@ -43,9 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
     )
     add_transport_argument(parser, reaching_others=False)
-    parser.add_argument(
-        "--no-parameters", action="store_true", help="do not offer ROS parameters for inputs and variables"
-    )
+    add_flag(parser, "--no-parameters", "do not offer ROS parameters for inputs and variables")
     foxglove = (
         "serve all topics, for reading only, to Foxglove at ws://HOST:PORT (default host 127.0.0.1), in addition to"
         " --transport; Foxglove's SDK checks neither a password nor the origin of a page: all users and programs of this machine,"
@@ -56,9 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "let Foxglove clients also publish to the topics that graphs read, and so drive robots; the printed address then"
         " contains a token, and the port accepts only clients with this token"
     )
-    parser.add_argument("--foxglove-publish", action="store_true", help=publish)
-    going = "continue the run after an exception in a node; only the node's branch ends"
-    parser.add_argument("--keep-going", action="store_true", help=going)
+    add_flag(parser, "--foxglove-publish", publish)
+    add_flag(parser, "--keep-going", "continue the run after an exception in a node; only the node's branch ends")
     bad = (
         "if a node cannot use a value from a wire or one that was set during the run: drop and count the value, or stop the"
         " run (default drop)"
@@ -72,24 +70,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     profile = (
         "at the end, print how often each node ran and fired, and its computing time, measured in every tenth tick"
     )
-    parser.add_argument("--profile", action="store_true", help=profile)
+    add_flag(parser, "--profile", profile)
     watch = (
         "reload files as soon as they are saved: nodes of changed graphs keep their state, and a changed world or robot"
         " restarts the run at t = 0; if the changed files have errors, the run continues with the previous version"
     )
-    parser.add_argument("--watch", action="store_true", help=watch)
-    parser.add_argument(
-        "--view", action="store_true", help="serve a web page that shows and controls the run, and print its address"
-    )
+    add_flag(parser, "--watch", watch)
+    add_flag(parser, "--view", "serve a web page that shows and controls the run, and print its address")
     add_page_arguments(parser)
-    parser.add_argument(
-        "--view-read-only", action="store_true", help="let the web page show the run, but not control it"
-    )
+    add_flag(parser, "--view-read-only", "let the web page show the run, but not control it")
     quiet = "print only warnings, errors and losses, such as dropped messages; no status line, no summary"
-    parser.add_argument("--quiet", action="store_true", help=quiet)
-    details = "also print why the transport was chosen, what it reaches, and how rays are cast"
-    parser.add_argument("--verbose", action="store_true", help=details)
-    parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
+    add_flag(parser, "--quiet", quiet)
+    add_flag(parser, "--verbose", "also print why the transport was chosen, what it reaches, and how rays are cast")
+    add_flag(parser, "--force", "let --record overwrite an existing file")
 
 
 def _namespace(text: str) -> str:

@@ -16,6 +16,7 @@ from graphengine.cli.live import (
     show,
     types_by_name,
 )
+from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import positive
 from graphengine.cli.subverbs import add_subverbs, execute, reach_of
 
@@ -33,10 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each service")
-    parser.add_argument("-c", "--count-services", action="store_true", help="print only the number of services")
+    add_flag(parser, "--show-types", "also print the type of each service", short="-t")
+    add_flag(parser, "--count-services", "print only the number of services", short="-c")
     hidden = "include services with a name part that begins with _, such as those of actions"
-    parser.add_argument("--include-hidden-services", action="store_true", help=hidden)
+    add_flag(parser, "--include-hidden-services", hidden)
     add_live_arguments(parser)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_file_arguments, clean, counted, load, print_findings
+from graphengine.cli.options import add_flag
 from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -24,22 +25,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun show` to its parser."""
     add_file_arguments(parser)
     form = parser.add_mutually_exclusive_group()
-    form.add_argument(
-        "--schedule",
-        action="store_true",
-        help="print the nodes in the order in which they run, with the condition of each",
-    )
-    form.add_argument("--plan", action="store_true", help="print the Python code that is generated for a tick")
-    form.add_argument("--mermaid", action="store_true", help="print a Mermaid flowchart")
+    add_flag(form, "--schedule", "print the nodes in the order in which they run, with the condition of each")
+    add_flag(form, "--plan", "print the Python code that is generated for a tick")
+    add_flag(form, "--mermaid", "print a Mermaid flowchart")
     form.add_argument(
         "--svg", metavar="FILE", type=Path, help="SVG file to write: a drawing with ports, values and findings"
     )
-    form.add_argument(
-        "--html",
-        metavar="FILE",
-        type=Path,
-        help="HTML file to write: the drawing as a web page with zoom and details of ports",
-    )
+    page_file = "HTML file to write: the drawing as a web page with zoom and details of ports"
+    form.add_argument("--html", metavar="FILE", type=Path, help=page_file)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -103,7 +96,7 @@ def _at(graph: Graph) -> str:
 
 def _value(value: Any) -> str:
     """Return a value as JSON on one line."""
-    from graphengine.node.types import listed
+    from graphengine.compiler.port_texts import listed
 
     return printable(json.dumps(listed(value), ensure_ascii=False))
 

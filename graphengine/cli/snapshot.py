@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, clean, log_problem, open_scene, table
+from graphengine.cli.options import add_flag
 from graphengine.cli.progress import progress
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -24,13 +25,7 @@ if TYPE_CHECKING:
     Advance = Callable[[float, Callable[[], bool]], None]
     """Function that runs a duration, s, and calls a function after each tick until it returns False."""
 
-OF_A_RUN = {
-    "scene": "--scene",
-    "set": "--set",
-    "robot_state": "--robot-state",
-    "localization": "--localization",
-    "seed": "--seed",
-}
+OF_A_RUN = ("--scene", "--set", "--robot-state", "--localization", "--seed")
 """Options that change a run, and which a recording therefore does not take."""
 DURATION = 10.0
 """Default duration of a video of a scene, s."""
@@ -61,10 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     what = parser.add_mutually_exclusive_group()
     depth = "write a 16 bit depth image of a camera's prim: depth along its optical axis, mm; 0 if out of range"
-    what.add_argument("--depth", action="store_true", help=depth)
-    what.add_argument(
-        "--segmentation", action="store_true", help="write an image with one colour per prim, and print the colours"
-    )
+    add_flag(what, "--depth", depth)
+    add_flag(what, "--segmentation", "write an image with one colour per prim, and print the colours")
 
 
 def size(text: str) -> tuple[int, int]:
@@ -131,7 +124,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _check_recording_options(arguments: argparse.Namespace) -> None:
-    if given := [option for name, option in OF_A_RUN.items() if getattr(arguments, name)]:
+    if given := [option for option in OF_A_RUN if getattr(arguments, option[2:].replace("-", "_"))]:
         raise UsageError(f"{given[0]}: a recording is shown with the options of the recorded run")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping
 
-from graphengine.cli import add_verb
+from graphengine.cli.parser import add_verb
 
 Subverb = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
 """A subverb: its summary, the function that adds its arguments, and the function that executes it and returns the exit code."""

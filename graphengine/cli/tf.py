@@ -11,9 +11,10 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from graphengine.cli import add_verb
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, absolute_namespace, add_live_arguments, show
+from graphengine.cli.options import add_flag
+from graphengine.cli.parser import add_verb
 from graphengine.cli.quantities import positive
 from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import TransportError, UsageError
@@ -45,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     output += " default: print text"
     tree.add_argument("-o", "--output", metavar="FILE", type=Path, help=output)
-    tree.add_argument("--strict", action="store_true", help="exit with code 1 if there are warnings")
+    add_flag(tree, "--strict", "exit with code 1 if there are warnings")
     add_live_arguments(tree)
 
 

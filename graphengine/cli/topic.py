@@ -18,6 +18,7 @@ from graphengine.cli.live import (
     near_topic,
     show,
 )
+from graphengine.cli.options import add_flag
 from graphengine.cli.qos_options import add_quality_arguments, quality, shouted
 from graphengine.cli.quantities import count, positive, seconds
 from graphengine.cli.subverbs import add_subverbs, execute
@@ -50,17 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each topic")
-    parser.add_argument("-c", "--count-topics", action="store_true", help="print only the number of topics")
-    parser.add_argument(
-        "--include-hidden-topics", action="store_true", help="include topics with a name part that begins with _"
-    )
-    parser.add_argument(
-        "-v",
-        "--verbose",
-        action="store_true",
-        help="also print the types and the numbers of publishers and subscribers",
-    )
+    add_flag(parser, "--show-types", "also print the type of each topic", short="-t")
+    add_flag(parser, "--count-topics", "print only the number of topics", short="-c")
+    add_flag(parser, "--include-hidden-topics", "include topics with a name part that begins with _")
+    add_flag(parser, "--verbose", "also print the types and the numbers of publishers and subscribers", short="-v")
     add_live_arguments(parser)
 
 
@@ -92,7 +86,7 @@ def _counts(graph: NetworkGraph, topics: list[str], direction: Literal["publish"
 def _info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     what = "also print node, type, type hash, GID and quality of service of each publisher and subscriber"
-    parser.add_argument("-v", "--verbose", action="store_true", help=what)
+    add_flag(parser, "--verbose", what, short="-v")
     add_live_arguments(parser)
 
 
@@ -157,7 +151,7 @@ def _pub_arguments(parser: argparse.ArgumentParser) -> None:
         "-p", "--print", metavar="N", type=count, default=1, help="print every N-th message, 0: none (default 1)"
     )
     number = parser.add_mutually_exclusive_group()
-    number.add_argument("-1", "--once", action="store_true", help="publish one message")
+    add_flag(number, "--once", "publish one message", short="-1")
     number.add_argument(
         "-t", "--times", metavar="N", type=count, default=0, help="publish N messages (default: until Ctrl-C)"
     )

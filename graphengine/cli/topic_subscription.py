@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
 from graphengine.cli.live import Live, absolute, add_live_arguments, show
+from graphengine.cli.options import add_flag
 from graphengine.cli.qos_options import add_quality_arguments, quality_for
 from graphengine.cli.quantities import count, positive, size
 from graphengine.format.errors import TransportError, UsageError
@@ -42,7 +43,7 @@ def echo_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `graphrun topic echo`."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     parser.add_argument("type", metavar="TYPE", nargs="?", help="message type (default: that of the publishers)")
-    parser.add_argument("--once", action="store_true", help="end after the first printed message")
+    add_flag(parser, "--once", "end after the first printed message")
     parser.add_argument("--timeout", metavar="SECONDS", type=positive, help="end after this time (default: no limit)")
     parser.add_argument(
         "--field", metavar="PATH", help="print only this field of each message, such as pose.pose.position"
@@ -52,21 +53,19 @@ def echo_arguments(parser: argparse.ArgumentParser) -> None:
     )
     wanted += " --field the field"
     parser.add_argument("--filter", metavar="EXPR", help=wanted)
-    parser.add_argument("--csv", action="store_true", help="print each message as one line of comma-separated values")
-    parser.add_argument("--raw", action="store_true", help="print the serialized bytes of each message")
-    parser.add_argument("--flow-style", action="store_true", help="print lists in brackets on one line")
-    parser.add_argument("--no-arr", action="store_true", help="print only the type and length of arrays")
-    parser.add_argument("--no-str", action="store_true", help="print the length of each string instead of its text")
-    parser.add_argument(
-        "-f", "--full-length", action="store_true", help="print all elements of arrays and all characters of strings"
-    )
+    add_flag(parser, "--csv", "print each message as one line of comma-separated values")
+    add_flag(parser, "--raw", "print the serialized bytes of each message")
+    add_flag(parser, "--flow-style", "print lists in brackets on one line")
+    add_flag(parser, "--no-arr", "print only the type and length of arrays")
+    add_flag(parser, "--no-str", "print the length of each string instead of its text")
+    add_flag(parser, "--full-length", "print all elements of arrays and all characters of strings", short="-f")
     cut = f"maximum number of elements of an array, and of characters of a string, to print (default {TRUNCATED})"
     parser.add_argument("-l", "--truncate-length", metavar="N", type=count, help=cut)
     summary = (
         "summarize each scan, image and point cloud in a few lines: sizes, extents, and a sparkline or image; on a terminal,"
         " this is the default unless another option sets the format"
     )
-    parser.add_argument("--summary", action="store_true", help=summary)
+    add_flag(parser, "--summary", summary)
     add_quality_arguments(parser, "sensor_data")
     add_live_arguments(parser)
 
@@ -163,7 +162,7 @@ def hz_arguments(parser: argparse.ArgumentParser) -> None:
     _add_window_argument(parser)
     wanted = "count only messages for which this Python expression is true, such as 'm.data > 0'; m is the message"
     parser.add_argument("--filter", metavar="EXPR", help=wanted)
-    parser.add_argument("--wall-time", action="store_true", help="measure in wall time, even with --use-sim-time")
+    add_flag(parser, "--wall-time", "measure in wall time, even with --use-sim-time")
     add_live_arguments(parser, clock=True)
 
 

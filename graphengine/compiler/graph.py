@@ -15,7 +15,7 @@ from graphengine.format.errors import ContextError
 from graphengine.format.wording import similar
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
-from graphengine.node.types import PortType, UnionType, brief
+from graphengine.node.types import PortType, UnionType
 
 T = TypeVar("T")
 
@@ -231,9 +231,3 @@ def known_type(instance: Instance, port: Port) -> PortType | None:
 def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
     """Return the type of a port after resolution; for a port whose type could not be resolved, the union."""
     return known_type(instance, port) or port.type
-
-
-def with_article(port_type: PortType | UnionType) -> str:
-    """Return the name of a type with its indefinite article, such as `a double` or `an int`."""
-    name = brief(port_type)
-    return f"{'an' if name[0] in 'aeio' else 'a'} {name}"

@@ -53,7 +53,7 @@ class GraphLibrary:
     def read(self, path: Path, findings: Findings) -> Document | None:
         """Return the document of a file; None if the file has an error, which only the first call adds to `findings`."""
         if path not in self._documents:
-            self._documents[path] = documents.load(path, findings)
+            self._documents[path] = documents.load(path, findings, given=self.files.text(path))
         return self._documents[path]
 
     def load(

@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from graphengine.compiler.graph import Graph, Instance, find_port, with_article
+from graphengine.compiler.graph import Graph, Instance, find_port
+from graphengine.compiler.port_texts import brief, with_article
 from graphengine.compiler.substitution import UNKNOWN
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, got_value, listing, shown, unknown
 from graphengine.node import types
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port, Side
-from graphengine.node.types import PortType, UnionType, brief
+from graphengine.node.types import PortType, UnionType
 
 
 @dataclass(slots=True)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.compiler.graph import Graph
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 

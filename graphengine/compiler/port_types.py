@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from graphengine.compiler.digraph import Digraph, reached
-from graphengine.compiler.graph import Graph, Instance, Wire, known_type, visible, with_article
+from graphengine.compiler.graph import Graph, Instance, Wire, known_type, visible
+from graphengine.compiler.port_texts import with_article
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import ContextError
 from graphengine.node import PortType, UnionType, types

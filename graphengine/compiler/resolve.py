@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from graphengine.compiler.every_gates import add_gates
 from graphengine.compiler.graph import Graph, Instance, Wire, find_port, port_names
 from graphengine.compiler.literals import Override, check_required, set_literals, set_overrides, set_variables
+from graphengine.compiler.port_texts import brief
 from graphengine.compiler.port_types import settle_types
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.subgraph_expansion import FlatGraph, WireEnd, WireEntry
@@ -16,7 +17,7 @@ from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing, similar
 from graphengine.node.node_class import grown
 from graphengine.node.port import Port
-from graphengine.node.types import UnionType, brief
+from graphengine.node.types import UnionType
 
 _BEGINS = ("outputs", "state", "inputs")
 """Sides on which the port where a wire begins is looked up, in this order."""

@@ -10,11 +10,12 @@ import re
 from dataclasses import replace
 from typing import Any
 
+from graphengine.compiler.port_texts import brief
 from graphengine.compiler.registry import Registry, short_names
 from graphengine.format.spec_reader import KINDS
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
-from graphengine.node.types import PortType, brief
+from graphengine.node.types import PortType
 
 _PARAMETER = {"type": "string", "pattern": r"\$\([A-Za-z_][A-Za-z0-9_]*\)"}
 """JSON Schema of a parameter `$(name)`, which can replace any value in a graph file, including elements of lists."""
@@ -42,6 +43,10 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
         schema["properties"]["nodes"]["additionalProperties"] = {
             "anyOf": [{"$ref": "#/$defs/NodeSpec"}, {"type": "string", "examples": names}]
         }
+    if kind == "robot":  # null removes an entry of the file that `extends` names
+        for section in schema["properties"].values():
+            if "additionalProperties" in section:
+                section["additionalProperties"] = {"anyOf": [section["additionalProperties"], {"type": "null"}]}
     return schema
 
 

@@ -7,16 +7,10 @@ from typing import Any
 from graphengine.format import bounded_json
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.parameters import ParameterType, parameter_message, python_value
-from graphengine.node.types import listed
+from graphengine.messages.parameters import ParameterType, python_value
 from graphengine.runtime.parameter_table import Parameter
 
 _ARRAYS = (ParameterType.BOOL_ARRAY, ParameterType.INTEGER_ARRAY, ParameterType.DOUBLE_ARRAY)
-
-
-def message(parameter: Parameter, value: Any) -> Any:
-    """Return a Parameter message with the name and type of a parameter, and the given value."""
-    return parameter_message(parameter.name, parameter.type, listed(value))
 
 
 def given_value(message: Any, kind: ParameterType) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.control.parameter_messages import descriptor, given_value, message
+from graphengine.control.parameter_messages import descriptor, given_value
 from graphengine.control.service_host import Handle, ServiceHost
 from graphengine.format.errors import GraphError, RecordingError, UsageError
 from graphengine.format.wording import did_you_mean
@@ -95,7 +95,7 @@ class ParameterServices:
     def _get(self, request: Any, response: Any) -> None:
         found = [self.table.get(name) for name in request.names]
         response.values = [
-            value_message(ParameterType.NOT_SET, None) if each is None else message(each, each.read()).value
+            value_message(ParameterType.NOT_SET, None) if each is None else each.message(each.read()).value
             for each in found
         ]
 

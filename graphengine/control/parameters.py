@@ -8,7 +8,6 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from graphengine.control.parameter_messages import message
 from graphengine.control.parameter_services import ParameterServices
 from graphengine.format.errors import GraphError
 from graphengine.messages import messages
@@ -134,8 +133,8 @@ class ParameterNodes:
             deleted = [name for name in before if name not in now]
             if self._events.matched and (new or changed or deleted):
                 event = self._event(node)
-                event.new_parameters = [message(table[name], now[name]) for name in new]
-                event.changed_parameters = [message(table[name], now[name]) for name in changed]
+                event.new_parameters = [table[name].message(now[name]) for name in new]
+                event.changed_parameters = [table[name].message(now[name]) for name in changed]
                 event.deleted_parameters = [_named(name) for name in deleted]
                 try:
                     self._events.write(messages.encode(event))

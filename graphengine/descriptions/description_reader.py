@@ -4,33 +4,34 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from graphengine.descriptions.added_formats import is_added, read_root
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import Element, parse, read
+from graphengine.descriptions.files.xml import Element, parse
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
-from graphengine.descriptions.robot_files import mjcf_parts
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
 from graphengine.descriptions.robot_files.robot_file import RobotFile
-from graphengine.descriptions.robot_files.writer import render
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.descriptions.sdf.sdf_files import is_sdf
 from graphengine.descriptions.sdf.sdf_reader import read_sdf
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro import xacro
-from graphengine.format import document
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document, Value
 from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.format.wording import allowing
+from graphengine.format.yaml_text import read_back
 
 MJCF_SUFFIX = ".xml"
 SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
 
 
-def read_description(file: RobotFile, library: Library) -> Urdf | None:
+def read_description(file: RobotFile, library: Library) -> RobotDescription | None:
     """Read the description that a robot file names by `urdf` or `mjcf`, and return its links and joints.
 
     Return None after an error; errors are added to the findings of the library.
@@ -48,7 +49,7 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
     packages = _packages(path, file, files, findings) if path is not None else None
     if path is None or packages is None:
         return None
-    root = read(path, findings, "S103")
+    root = read_root(path, findings)
     if root is None:
         return None
     if xacro.is_xacro(path, root):
@@ -62,14 +63,14 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
     return _converted(path, root, packages, findings)
 
 
-def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
+def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> RobotDescription | None:
     """Return the links and joints of a parsed URDF or SDF file; None after an error."""
-    if root is not None and is_sdf(root):
-        root = read_sdf(path, root, packages, findings)
-    return read_urdf(root, packages, findings) if root is not None else None
+    if root is None:
+        return None
+    return read_sdf(path, root, packages, findings) if is_sdf(root) else read_urdf(root, packages, findings)
 
 
-def _read_model(file: RobotFile, library: Library) -> Urdf | None:
+def _read_model(file: RobotFile, library: Library) -> RobotDescription | None:
     """Return the MuJoCo model that a robot file names by `mjcf`; None after an error."""
     for key in ("urdf", "xacro_arguments", "package_paths"):
         if getattr(file.spec, key):
@@ -99,6 +100,11 @@ def _as_text(value: str | float | bool) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
+def is_description(path: Path) -> bool:
+    """Return whether a file is a robot description, not a robot file, by its suffix."""
+    return path.suffix in SUFFIXES or is_added(path)
+
+
 def is_text(use: str) -> bool:
     """Return whether the `use` of a scene contains the text of a description (XML) instead of a file name."""
     return use.lstrip()[:1] == "<"
@@ -112,7 +118,7 @@ def is_mjcf(use: str) -> bool:
     return Path(use).suffix == MJCF_SUFFIX
 
 
-def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] | None:
+def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, RobotDescription] | None:
     """Read a description without a robot file; return it with a generated one, or None after an error.
 
     Args:
@@ -122,35 +128,44 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
     """
     files, findings = library.files, library.findings
     if is_mjcf(use):
-        urdf = read_mjcf(path, library, use if is_text(use) else None)
-        return with_robot_file(urdf, path, findings)
+        description = read_mjcf(path, library, use if is_text(use) else None)
+        return with_robot_file(description, path, findings)
     packages = Packages(path.parent, (), files)
-    root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read(path, findings, "S103")
+    root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read_root(path, findings)
     if root is not None and not is_text(use) and xacro.is_xacro(path, root):
         root = xacro.expand(path, {}, packages, findings)
     return with_robot_file(_converted(path, root, packages, findings), path, findings)
 
 
-def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
+def with_robot_file(
+    description: RobotDescription | None, path: Path, findings: Findings
+) -> tuple[RobotFile, RobotDescription] | None:
     """Return a description together with a minimal generated robot file; None if there is no description.
 
     The robot file adds velocity drives for wheels to a URDF or SDF description. A MuJoCo model defines its drives itself; its
     cameras and IMUs become sensors of the robot file.
     """
-    if urdf is None:
+    if description is None:
         return None
-    draft = Draft(urdf, "bare", path.name, path.name)
-    if urdf.mjcf is not None:
-        mjcf_parts.fill(draft)
+    draft = Draft(description, "bare", path.name, path.name)
+    if description.mjcf is not None:
+        add_model_parts(draft)
     else:
-        draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
+        draft.fixed_base = any(each.first("static") is not None for each in description.element.all("gazebo"))
         add_wheel_drives(draft)
-    file = robot_file(render(draft), path, findings)
-    return (file, urdf) if file is not None else None
+    file = robot_file(draft, findings)
+    return (file, description) if file is not None else None
 
 
-def robot_file(text: str, path: Path, findings: Findings) -> RobotFile | None:
-    """Parse the text of a robot file that extends no other; return None after an error."""
-    parsed = document.parse(text, str(path), findings)
-    spec = validate(RobotSpec, parsed, parsed.data, findings) if parsed is not None else None
-    return RobotFile(spec, (Loaded(spec, parsed),)) if parsed is not None and spec is not None else None
+def robot_file(draft: Draft, findings: Findings, document: Document | None = None) -> RobotFile | None:
+    """Check the values of a draft as a robot file that extends no other; return None after an error.
+
+    Args:
+        draft: draft of the robot file.
+        findings: receives errors.
+        document: positions of the values; without it, findings refer to the root element of the description.
+    """
+    span = draft.description.element.span
+    document = document or Document(span.source, Value(span, {}), 0)
+    spec = validate(RobotSpec, document, read_back(draft.data()), findings)
+    return RobotFile(spec, (Loaded(spec, document),)) if spec is not None else None

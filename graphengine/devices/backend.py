@@ -94,6 +94,25 @@ class Entities(Protocol):
                 entity is attached to a joint of the world. The entity then keeps its pose and velocity.
         """
 
+    def reset(
+        self, name: str, move: Move, joints: Mapping[str, float], keyframe: str | None, *, forced: bool = True
+    ) -> None:
+        """Return a robot to its initial pose, joint positions and commands, with zero velocities; reset its sensors.
+
+        Args:
+            name: name of the robot.
+            move: pose in place of the initial pose; what is None is initial.
+            joints: positions in place of the initial ones, by the names of joints that do not mimic others, rad or m. The drives
+                of these joints hold them there.
+            keyframe: name of a keyframe of the robot's MuJoCo model in place of the initial state; None for the initial state.
+            forced: whether the robot is placed even if it then overlaps others; see `place`.
+
+        Raises:
+            BlockedPoseError: `forced` is false, and the robot would overlap others at the pose in `move`; nothing has changed.
+                The initial pose is not checked.
+            UsageError: the robot cannot have this pose or these joint positions; nothing has changed.
+        """
+
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
         """Apply a force to an entity from the next step on, in addition to other forces; `reset_state` ends the force.
 

@@ -122,8 +122,22 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
     return focal, focal, (width - 1) / 2, (height - 1) / 2
 
 
+def _picture(camera: Camera) -> Picture | None:
+    """Request the image of this tick, and return the image that is delivered in it."""
+    camera.request()
+    return camera.delivered()
+
+
 @device(
-    "camera", Camera, usd="Camera", title="a camera", rank=2, child="Camera", orientation=LOOKING_FORWARD, in_rigs=True
+    "camera",
+    Camera,
+    usd="Camera",
+    title="a camera",
+    rank=2,
+    child="Camera",
+    orientation=LOOKING_FORWARD,
+    in_rigs=True,
+    sample=_picture,
 )
 class CameraStub(Stub):
     """A camera for tests. It delivers the image that a test sets with `show`; initially it delivers none.

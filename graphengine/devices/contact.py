@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import Sensor, Stub, device
+from graphengine.devices.device import Sensor, Stub, device, when_due
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,9 @@ class ContactSensor(Sensor, Protocol):
         """Return the mean force of this tick; in a graph that runs at physics steps, the force of this step."""
 
 
-@device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor", rank=4)
+@device(
+    "contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor", rank=4, sample=when_due("reading")
+)
 class ContactSensorStub(Stub):
     """A contact sensor for tests. It reports the reading that a test assigns to `felt`; initially there is no contact."""
 

@@ -45,7 +45,7 @@ class DryEntities:
         """Raise UnknownEntityError, because entities have no state without physics."""
         raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
 
-    state = bounds = overlaps = clearance = touched = place = push = _refuse
+    state = bounds = overlaps = clearance = touched = place = reset = push = _refuse
 
 
 class DryWorld(Stateful):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import SampledSensor, Stub, device
+from graphengine.devices.device import SampledSensor, Stub, device, when_due
 from graphengine.devices.rotation import IDENTITY, Quaternion, Vector3
 
 
@@ -34,7 +34,7 @@ class Imu(SampledSensor, Protocol):
         """Return the newest sample; all callers in a tick get the same object."""
 
 
-@device("imu", Imu, usd="IsaacImuSensor", title="an imu", rank=3, in_rigs=True)
+@device("imu", Imu, usd="IsaacImuSensor", title="an imu", rank=3, in_rigs=True, sample=when_due("sample"))
 class ImuStub(Stub):
     """An IMU for tests. It reports the sample that a test assigns to `measured`; initially, it is upright and at rest."""
 

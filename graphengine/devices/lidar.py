@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.device import Stub, TickSensor, device, when_due
 from graphengine.devices.stage import Prim
 
 
@@ -27,6 +27,19 @@ class Scan:
     """Distance to the surface that each beam hits, m; inf for a beam without a hit in range."""
     intensities: NDArray[np.float32]
     """Intensity of each beam's return, 0 to 255."""
+    directions: NDArray[np.float64]
+    """Unit vectors of the beams in the lidar's frame, shape (n, 3)."""
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Points that the beams hit, in the lidar's frame, m: a new array of shape (n, 3), NaN for a beam without a hit."""
+        hit = np.isfinite(self.ranges)
+        return np.where(hit, self.ranges, np.nan)[:, None] * self.directions
+
+    def points_of(self, beams: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return the hit points of the beams with the given indices, in the lidar's frame, m, shape (n, 3)."""
+        points: NDArray[np.float64] = self.directions[beams] * self.ranges[beams, None]
+        return points
 
 
 class Lidar(TickSensor, Protocol):
@@ -70,7 +83,7 @@ def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.f
     return directions
 
 
-@device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar")
+@device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar", sample=when_due("scan"))
 class LidarStub(Stub):
     """A lidar for tests. It reports the scan that a test sets with `see`; initially, no beam has a hit.
 
@@ -98,10 +111,11 @@ class LidarStub(Stub):
         """
         distances = np.array(ranges, np.float32)
         brightness = np.full(distances.shape, intensities, np.float32)
-        self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness)
+        self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness, self.directions)
 
     def scan(self) -> Scan:
         """Return the scan that the test set, or a scan without hits."""
         self.casts += 1
         beams = len(self.directions)
-        return self._seen or Scan(0.0, 0, np.full(beams, np.inf, np.float32), np.zeros(beams, np.float32))
+        misses = np.full(beams, np.inf, np.float32)
+        return self._seen or Scan(0.0, 0, misses, np.zeros(beams, np.float32), self.directions)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.device import Sensor, Stub, device
+from graphengine.devices.device import Sensor, Stub, device, when_due
 
 Floats = NDArray[np.float64]
 
@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 class BeamReading:
     """The state of a light beam sensor's n beams. Arrays have one element or row per beam and must not be modified."""
 
+    time: float
+    """Simulation time of the measurement, s."""
     hits: NDArray[np.bool_]
     """Whether an object interrupts each beam."""
     depths: Floats
@@ -36,11 +38,11 @@ class LightBeam(Sensor, Protocol):
         """Cast the beams and return which of them are interrupted, and where."""
 
 
-@device("light_beam", LightBeam, usd="IsaacLightBeamSensor", title="a light beam sensor")
+@device("light_beam", LightBeam, usd="IsaacLightBeamSensor", title="a light beam sensor", sample=when_due("reading"))
 class LightBeamStub(Stub):
     """A light beam sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no beams."""
 
-    measured = BeamReading(np.zeros(0, bool), np.zeros(0), *[np.zeros((0, 3))] * 3)
+    measured = BeamReading(0.0, np.zeros(0, bool), np.zeros(0), *[np.zeros((0, 3))] * 3)
 
     def reading(self) -> BeamReading:
         """Return the value of `measured`."""

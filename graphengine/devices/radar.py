@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.device import Stub, TickSensor, device, when_due
 from graphengine.devices.stage import Prim
 
 
@@ -39,7 +39,7 @@ class Radar(TickSensor, Protocol):
         """Return the newest sample. The first call in its tick casts the rays; all callers get the same object."""
 
 
-@device("radar", Radar, usd="OmniRadar", title="a radar", rank=3, child="Radar")
+@device("radar", Radar, usd="OmniRadar", title="a radar", rank=3, child="Radar", sample=when_due("detections"))
 class RadarStub(Stub):
     """A radar for tests. It reports the detections that a test sets with `see`; initially, there are none.
 

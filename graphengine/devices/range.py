@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.device import Stub, TickSensor, device, when_due
 from graphengine.devices.stage import Prim
 
 
@@ -45,7 +45,7 @@ class RangeSensor(TickSensor, Protocol):
         """Return the newest sample. The first call in its tick measures the distance; all callers get the same object."""
 
 
-@device("range", RangeSensor, usd="RangeSensor", title="a range sensor")
+@device("range", RangeSensor, usd="RangeSensor", title="a range sensor", sample=when_due("reading"))
 class RangeSensorStub(Stub):
     """A range sensor for tests. It reports the distance that a test sets with `measure`; initially, no surface is in range."""
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.device import Sensor, Stub, device
+from graphengine.devices.device import Sensor, Stub, device, when_due
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class RaycastSensor(Sensor, Protocol):
         """Cast the rays and return their hits."""
 
 
-@device("raycast", RaycastSensor, usd="IsaacRaycastSensor", title="a raycast sensor")
+@device("raycast", RaycastSensor, usd="IsaacRaycastSensor", title="a raycast sensor", sample=when_due("reading"))
 class RaycastSensorStub(Stub):
     """A raycast sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no rays."""
 

@@ -22,6 +22,10 @@ ORIGIN: Vector3 = (0.0, 0.0, 0.0)
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 NOWHERE: Pose = (ORIGIN, IDENTITY)
 """The identity pose."""
+_STEEP = 0.999
+"""Sine of the pitch above which `asin` loses digits."""
+_STRAIGHT = 1e-14
+"""Cosine of the pitch below which the pitch counts as 90 degrees."""
 
 
 def conjugate(q: Quaternion) -> Quaternion:
@@ -89,17 +93,28 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 def to_rpy(q: Quaternion) -> Vector3:
     """Return the roll, pitch and yaw of a unit quaternion, rad: the angles of which `from_rpy` makes the same rotation."""
     x, y, z, w = q
-    sine = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
-    if abs(sine) > 1.0 - 1e-12:  # looking straight up or down: roll and yaw turn about the same axis
+    sine = 2.0 * (w * y - z * x)
+    if abs(sine) < _STEEP:
+        roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+        return roll, math.asin(sine), math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    ahead, left, up = (rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    if math.hypot(ahead[0], ahead[1]) < _STRAIGHT:  # roll and yaw turn about the same axis
         return 0.0, math.copysign(math.pi / 2, sine), -2.0 * math.copysign(1.0, sine) * math.atan2(x, w)
-    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    return roll, math.asin(sine), math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    yaw = math.atan2(ahead[1], ahead[0])  # the two axes are almost the same, so the roll is measured after this yaw
+    sine, cosine = math.sin(yaw), math.cos(yaw)
+    pitch = math.atan2(-ahead[2], cosine * ahead[0] + sine * ahead[1])
+    return math.atan2(sine * up[0] - cosine * up[1], cosine * left[1] - sine * left[0]), pitch, yaw
 
 
 def yaw_of(q: Quaternion) -> float:
     """Return the yaw of a unit quaternion, rad: its rotation about the fixed z axis after roll and pitch."""
     x, y, z, w = q
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def tilt_of(q: Quaternion) -> float:
+    """Return the angle between the rotated z axis and the z axis, rad."""
+    return 2.0 * math.asin(min(1.0, math.hypot(q[0], q[1])))
 
 
 def from_orientation(orientation: Orientation) -> Quaternion:

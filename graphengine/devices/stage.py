@@ -17,13 +17,13 @@ the robot's root prim, base link or articulation root.
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN, Pose, Quaternion, Vector3, compose
 from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.prim_paths import normalize
 from graphengine.format.stateful import Shared
 from graphengine.format.wording import did_you_mean, listing
 
@@ -258,6 +258,10 @@ class Stage:
         """Yield all prims, or all prims of one kind, depth first in order of definition."""
         return (prim for prim in self.root.descendants() if kind is None or prim.kind == kind)
 
+    def robots(self) -> dict[str, Prim]:
+        """Return the prims of all robots by the names of the robots in the scene, depth first in order of definition."""
+        return {prim.entity_name: prim for prim in self.prims("robot")}
+
     def robot_of(self, prim: Prim) -> Prim | None:
         """Return the prim of the robot to which a prim belongs, or None if it belongs to none."""
         return next((p for p in prim.ancestors() if p.kind == "robot"), None)
@@ -293,38 +297,11 @@ class Stage:
         return passed in prim.ancestors()
 
 
-def prim_name(name: str) -> str:
-    """Return a name with all characters that are illegal in USD replaced by `_`, and with `_` before a leading digit."""
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return f"_{plain}" if plain[:1].isdigit() else plain
-
-
 def housing_of(prim: Prim) -> str:
     """Return the name of the visible body of a sensor with an appearance: the robot's name and the path below the robot."""
     robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
     above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
     return name + prim.path.removeprefix(above)
-
-
-def normalize(path: str) -> str:
-    """Return an absolute path without doubled or trailing slashes.
-
-    Raises:
-        PrimError: the path is not absolute, or one of its elements is `.` or `..`.
-    """
-    if not path.startswith("/"):
-        raise PrimError(
-            f"{path!r} is not a prim path", path, "a prim path begins with '/', as in /dd100/Geometry/base_link"
-        )
-    parts = [part for part in path.split("/") if part]
-    if any(part in (".", "..") for part in parts):
-        raise PrimError(f"{path!r} is not a prim path", path, "write the path without '.' and '..'")
-    return "/" + "/".join(parts)
-
-
-def at_or_below(path: str, other: str) -> bool:
-    """Return whether `path` equals `other` or lies below it. Both paths must be normalized and complete."""
-    return path == other or path.startswith(f"{other}/")
 
 
 def _alike(one: Prim, other: Prim) -> bool:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from graphengine.compiler.graph import Graph, Instance, find_port, settled_type
+from graphengine.compiler.port_texts import brief, listed
 from graphengine.compiler.subgraph_expansion import NodeEntry, WireEnd, WireEntry
 from graphengine.drawing.finding_assignment import assign_findings
 from graphengine.drawing.geometry import Point
@@ -21,8 +22,6 @@ from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import EverySpec
 from graphengine.format.wording import printable
-from graphengine.node.port import Port
-from graphengine.node.types import brief, listed
 
 MAX_NODES = 3000
 """Maximum number of nodes in a drawing."""
@@ -156,9 +155,9 @@ def _node(graph: Graph, entry: NodeEntry, instance: Instance | None) -> NodeView
     doc = (inspect.getdoc(cls) or "").partition("\n\n")[0]
     about = "\n".join(filter(None, (f"{entry.id} ({cls.kind()})", cls.type_name, entry.spec.doc, doc)))
     node = NodeView(entry.id, cls.type_name, cls.kind(), place, about, _pace(entry.spec.every), instance)
-    for port in cls.fields.values():
-        if port.field in instance.literals:
-            _add_port(node, "left", port, instance)
+    for name in cls.fields:
+        if name in instance.literals:
+            _add_port(node, "left", name, instance)
     return node
 
 
@@ -181,12 +180,13 @@ def _place(data: Any) -> Point | None:
     return (float(data[0]), float(data[1])) if all(abs(part) <= FARTHEST for part in data) else None
 
 
-def _add_port(node: NodeView, side: str, port: Port, instance: Instance) -> PortView:
+def _add_port(node: NodeView, side: str, name: str, instance: Instance) -> PortView:
+    port = instance.cls.fields[name]
     key = (side, port.name)
     if key not in node.ports:
-        view = PortView(port.name, port.is_exec, about=_about(port, instance))
-        if port.field in instance.literals:
-            value = instance.value(port.field)
+        view = PortView(port.name, port.is_exec, about=_about(name, instance))
+        if name in instance.literals:
+            value = instance.value(name)
             view.value = _with_unit(_value(value, whole=False), port.unit)
             view.is_path = isinstance(value, str | tuple) and "/" in view.value
             view.about += f"\nset to {_with_unit(_value(value, whole=True), port.unit)}"
@@ -194,8 +194,9 @@ def _add_port(node: NodeView, side: str, port: Port, instance: Instance) -> Port
     return node.ports[key]
 
 
-def _about(port: Port, instance: Instance) -> str:
+def _about(name: str, instance: Instance) -> str:
     """Return the text of a port's tooltip: type, unit, default, constraint and documentation."""
+    port = instance.cls.fields[name]
     if port.is_exec:
         return "\n".join(filter(None, (f"{port.name}: execution", port.doc)))
     first = f"{port.name}: {brief(settled_type(instance, port))}{f', {port.unit}' if port.unit else ''}"
@@ -246,7 +247,7 @@ def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeVie
     if instance is None or port is None:
         view = node.ports.setdefault((side, end.port), PortView(end.port, False))
     else:
-        view = _add_port(node, side, port, instance)
+        view = _add_port(node, side, port.field, instance)
     view.wired = True
     return (node.id, (side, end.port)), view.is_exec
 

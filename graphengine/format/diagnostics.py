@@ -86,6 +86,7 @@ CODES: dict[str, str] = {
     "W215": "array of the wrong length",
     "W216": "value that is probably a mistake",
     "W217": "value of a description in an improbable unit",
+    "W218": "satellite navigation in a world without a place on Earth",
     "W301": "imported node of an unavailable type",
     "W302": "omitted part of an imported file",
     "W303": "omitted part of an exported graph",
@@ -106,6 +107,10 @@ class Source:
 
     path: str
     lines: tuple[str, ...] = field(repr=False)
+    label: str = ""
+    """Name that messages show in place of the path; empty for a file."""
+    keys: dict[int, str] = field(default_factory=dict, repr=False, compare=False)
+    """Paths of keys by line, such as `robots.bot.use`, which messages show in place of line and column; empty for YAML text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +127,10 @@ class Span:
     """Positions of each `$(name)` that passes on the parameter value, from here to the node that uses it, each with a note."""
 
     def __str__(self) -> str:
-        return f"{printable(self.source.path)}:{self.line}:{self.column}"
+        name = printable(self.source.label or self.source.path)
+        if self.source.keys:
+            return ": ".join(filter(None, (name, printable(self.source.keys.get(self.line, "")))))
+        return f"{name}:{self.line}:{self.column}"
 
     def part(self, offset: int, length: int) -> Span:
         """Return the span of `length` characters on the same line, `offset` characters after the start of this one."""
@@ -204,7 +212,8 @@ def _excerpt(span: Span) -> list[str]:
         text = f"{text[:-1]}…"
     at = max(span.column - 1 - start, 0)
     before, below = text[:at], text[at : at + max(span.length, 1)] or " "
-    return [f"{span.line:>6} | {text}", f"       | {' ' * _width(before)}{'^' * max(_width(below), 1)}"]
+    number = "" if span.source.keys else span.line
+    return [f"{number:>6} | {text}", f"       | {' ' * _width(before)}{'^' * max(_width(below), 1)}"]
 
 
 def _width(text: str) -> int:

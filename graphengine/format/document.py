@@ -7,6 +7,7 @@ limits the nesting, not the C stack.
 from __future__ import annotations
 
 import codecs
+import io
 import os
 import re
 from collections.abc import Iterator
@@ -18,7 +19,9 @@ import yaml
 
 from graphengine.format.core_schema import resolve
 from graphengine.format.diagnostics import Findings, Source, Span
+from graphengine.format.given_text import GivenText
 from graphengine.format.regular_files import open_regular
+from graphengine.format.syntax_errors import report_syntax
 from graphengine.format.wording import did_you_mean
 
 MAX_BYTES = 8_000_000  # maximum size of a YAML file
@@ -34,37 +37,7 @@ _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """Pattern of a line end in the parser's sense."""
 _ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
-_ADVICE: tuple[tuple[str, str], ...] = (
-    (
-        "mapping values are not allowed",
-        "put text that contains ': ' in quotes; keys of one mapping begin in the same column",
-    ),
-    ("could not find expected ':'", "a key is followed by ':' and a space; text of several words may need quotes"),
-    ("did not find expected key", "keys of one mapping begin in the same column"),
-    ("expected '-' indicator", "entries of one list begin with '- ' in the same column"),
-    ("expected ','", "a bracket is not closed, or a comma is missing"),
-    ("expected node content", "a bracket is not closed, or a value is missing"),
-    ("tab character", "indent with spaces, not tabs"),
-    ("cannot start any token", "put text that begins with this character in quotes"),
-    ("alphabetic or numeric character", "put text that begins with '*' or '&' in quotes"),
-    ("unexpected end of stream", "a quote is not closed"),
-    ("unknown escape character", "in single quotes, a backslash stands for itself; in double quotes, write it twice"),
-    ("incompatible YAML document", "remove the line %YAML"),
-    ("expected <document start>", "a file contains one mapping, with entries `key: value`"),
-)
-"""Pairs of a part of a parser error message and the remedy to show for this error."""
 _TOO_DEEP = f"nested more than {MAX_DEPTH} levels deep"
-_NESTED_TOO_DEEPLY = "exceeded maximum nesting depth"
-"""Error message of libyaml 0.2.6 and later (PyYAML 6.0.4); it can occur before `MAX_DEPTH` levels have been read."""
-_FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
-"""Beginnings of the parser's `context` texts for which the error is reported where the unfinished value begins."""
-_OPENED = {
-    "while parsing a flow sequence": "the list that begins here",
-    "while parsing a flow mapping": "the mapping that begins here",
-    "while parsing a block mapping": "the mapping that begins here",
-    "while parsing a block collection": "the list that begins here",
-}
-
 Location = tuple[str | int, ...]
 
 
@@ -139,16 +112,26 @@ class Document:
 
 
 def load(
-    path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None, *, merge_keys: bool = False
+    path: str | os.PathLike[str],
+    findings: Findings,
+    shown_as: str | None = None,
+    *,
+    given: GivenText | None = None,
+    merge_keys: bool = False,
 ) -> Document | None:
     """Read a YAML file; return None if it cannot be read or parsed. Errors are added to `findings`.
 
-    `shown_as` is the path to show in messages, if it differs from `path`. `merge_keys` is as in `parse`.
+    Args:
+        path: path of the file.
+        findings: receives the errors.
+        shown_as: path to show in messages; None shows `path`.
+        given: text to read in place of the file.
+        merge_keys: as in `parse`.
     """
-    shown = shown_as or os.fspath(path)
-    start = Span(Source(shown, ()), 1, 1)
+    shown, label = shown_as or os.fspath(path), given.label if given is not None else ""
+    start = Span(Source(shown, (), label), 1, 1)
     try:
-        with open_regular(path) as file:
+        with open_regular(path) if given is None else io.BytesIO(given.data) as file:
             raw = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -162,21 +145,41 @@ def load(
     try:
         text = raw.decode()
     except UnicodeDecodeError as error:
-        source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))))
+        source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))), label)
         span = _span_behind(raw[: error.start].decode("utf-8", "ignore"), source)
         what = f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}"
         findings.add("G101", what, span, "save the file as UTF-8")
         return None
-    return parse(text, shown, findings, merge_keys=merge_keys)
+    found = parse(text, shown, findings, label=label, merge_keys=merge_keys)
+    if found is not None and given is not None and given.keyed:
+        found.source.keys.update(_key_paths(found.root))
+    return found
 
 
-def parse(text: str, shown_as: str, findings: Findings, *, merge_keys: bool = False) -> Document | None:
+def _key_paths(root: Value) -> Iterator[tuple[int, str]]:
+    """Yield the line and the path of each key and list item, such as `robots.bot.position[0]`."""
+    yield root.span.line, ""
+    pending = [("", root)]
+    while pending:
+        path, value = pending.pop()
+        if isinstance(value.data, dict):
+            inner = [(f"{path}.{key}" if path else key, value.keys[key], child) for key, child in value.data.items()]
+        else:
+            items = value.data if isinstance(value.data, list) else []
+            inner = [(f"{path}[{index}]", child.span, child) for index, child in enumerate(items)]
+        yield from ((span.line, name) for name, span, _ in inner)
+        pending += [(name, child) for name, _, child in inner]
+
+
+def parse(
+    text: str, shown_as: str, findings: Findings, *, label: str = "", merge_keys: bool = False
+) -> Document | None:
     """Parse YAML text; return None if it cannot be parsed. Errors are added to `findings`; `shown_as` is the path they show.
 
-    With `merge_keys`, a repeated key is no error: mappings are merged, and of other values the last one counts, as in ROS 2
-    parameter files.
+    `label` is as in `Source`. With `merge_keys`, a repeated key is no error: mappings are merged, and of other values the last
+    one counts, as in ROS 2 parameter files.
     """
-    source = Source(shown_as, tuple(_LINE_END.split(text)))
+    source = Source(shown_as, tuple(_LINE_END.split(text)), label)
     if illegal := _ILLEGAL.search(text):
         span = _span_behind(text[: illegal.start()], source)
         number = f"{ord(illegal[0]):04X}"  # none is above U+FFFF
@@ -193,7 +196,7 @@ def parse(text: str, shown_as: str, findings: Findings, *, merge_keys: bool = Fa
             if not builder.add(event):
                 return None
     except yaml.MarkedYAMLError as error:
-        _report_syntax(error, source, findings)
+        report_syntax(error, source, findings, _TOO_DEEP)
         return None
     if builder.root is None or builder.root.data is None:
         findings.add("G102", "the file is empty", Span(source, 1, 1))
@@ -205,28 +208,6 @@ def _span_behind(text: str, source: Source) -> Span:
     """Return the position at which the file continues after `text`, the first part of the file."""
     lines = _LINE_END.split(text)
     return Span(source, len(lines), len(lines[-1]) + 1)
-
-
-def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
-    """Add a finding for a syntax error of the parser, at the error's position or at the start of the unfinished value."""
-    problem, context = str(error.problem or "not YAML"), str(error.context or "")
-    spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
-    span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
-    advice = next((text for needle, text in _ADVICE if needle in problem), "")
-    if "\t" in source.lines[span.line - 1][span.column - 1 : span.column]:
-        advice = "indent with spaces, not tabs"
-    related = [(spans[1], _OPENED[context])] if context in _OPENED and len(spans) > 1 else []
-    if _NESTED_TOO_DEEPLY in problem:
-        findings.add("G105", _TOO_DEEP, span)
-    else:
-        findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
-
-
-def _inside(source: Source, mark: Any) -> Span:
-    """Convert a parser mark to a Span; a mark below the last line becomes a Span at the end of the last line."""
-    if mark.line < len(source.lines):
-        return Span(source, mark.line + 1, mark.column + 1)
-    return Span(source, len(source.lines), len(source.lines[-1]) + 1)
 
 
 def _events(text: str) -> Iterator[Any]:

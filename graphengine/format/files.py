@@ -11,12 +11,13 @@ import contextlib
 import itertools
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
+from graphengine.format.given_text import GivenText
 from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import allowing, did_you_mean, listing, quoted
 
@@ -88,6 +89,8 @@ class Files:
     """Folders that contain installed ROS packages, such as `install/share`; they are also in `roots`."""
     base: Path = field(default_factory=shipped)
     """Folder with the included `graphs/` and `scenes/`."""
+    texts: Mapping[Path, GivenText] = field(default_factory=dict, compare=False, repr=False)
+    """Texts that a program passed in place of files, by the absolute paths that stand for them."""
     used: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
     """Signature of each file that was read, from before it was read, by absolute path and in the order of reading."""
     sought: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
@@ -100,6 +103,7 @@ class Files:
         near: Path | None = None,
         installed: Sequence[Path] = (),
         base: Path | None = None,
+        text: GivenText | None = None,
     ) -> Files:
         """Return an object for a scene or graph file that the user gives; it allows reading in the file's folder and below.
 
@@ -109,11 +113,13 @@ class Files:
             near: working directory, as in the attribute `near`.
             installed: folders that contain installed ROS packages.
             base: folder that contains the included `graphs/` and `scenes/`; None: the result of `shipped`.
+            text: text in place of the file; the path is then its label in the folder from which relative paths start.
         """
         base = base or shipped()
         roots = (base / "graphs", base / "scenes", *(path.resolve() for path in (*allowed, *installed)))
         near = near.resolve() if near else None
-        return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
+        texts = {Path(os.path.abspath(given)): text} if text is not None else {}
+        return Files(roots, near, tuple(path.absolute() for path in installed), base, texts).beside(given)
 
     def beside(self, given: Path) -> Files:
         """Return a copy that also allows reading in the folder of `given`, and record `given`. The copy shares this record."""
@@ -130,6 +136,21 @@ class Files:
         """Record that no file was found at a path, so that a file that appears there counts as a change."""
         place = Path(os.path.abspath(path))
         self.sought[place] = signature(place)
+
+    def text(self, path: Path) -> GivenText | None:
+        """Return the text that stands in place of the file at a path; None for a file."""
+        return self.texts.get(Path(os.path.abspath(path)))
+
+    def content(self, path: Path) -> bytes:
+        """Return the content of a file, or of the text in its place.
+
+        Raises:
+            OSError: the file cannot be read.
+        """
+        if (text := self.text(path)) is not None:
+            return text.data
+        with open_regular(path) as file:
+            return file.read()
 
     def include(self, other: Files) -> None:
         """Add the paths and signatures that another object recorded; paths that are already recorded keep their signatures."""

@@ -213,7 +213,8 @@ class RobotSpec(FileSpec, defer_build=True):
     doc: str = ""
     """Description for readers of the file."""
     extends: str = ""
-    """Robot file on which this file is based. Mappings are merged key by key; other values replace those of the base file."""
+    """Robot file on which this file is based. Mappings are merged key by key; other values replace those of the base file.
+    Null removes an entry of the base file, as in `graphs: {cmd_vel: null}`."""
     urdf: str = ""
     """Robot description: a URDF file, or a .xacro or .sdf file, which is converted to URDF."""
     mjcf: str = ""

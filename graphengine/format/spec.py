@@ -256,6 +256,19 @@ class PhysicsSpec(FileSpec):
     """Number of MuJoCo steps per tick."""
 
 
+class EarthSpec(FileSpec):
+    """The place of the world's origin on Earth, as in SDF's `<spherical_coordinates>`; satellite navigation needs it."""
+
+    latitude_deg: float = Field(ge=-90, le=90)
+    """Geodetic latitude (WGS84), degrees, positive north of the equator."""
+    longitude_deg: float = Field(ge=-180, le=180)
+    """Longitude (WGS84), degrees, positive east of Greenwich."""
+    elevation: float = Field(default=0.0, ge=-1e5, le=1e5)
+    """Height above the WGS84 ellipsoid, m."""
+    heading_deg: float = Field(default=0.0, ge=-360, le=360)
+    """Angle from east to the world's x axis, counter-clockwise seen from above, degrees; with 0, x points east and y north."""
+
+
 class PlaceSpec(FileSpec):
     """The pose of one robot of a fleet, relative to the pose of the fleet."""
 
@@ -321,6 +334,8 @@ class SceneSpec(FileSpec):
     """Description for readers of the file."""
     world: str
     """MJCF or SDF file with the world: everything except the robots."""
+    spherical_coordinates: EarthSpec | None = None
+    """Place of the world on Earth, as {latitude_deg: 47.38, longitude_deg: 8.54}; overrides that of an SDF world."""
     physics: PhysicsSpec = PhysicsSpec()
     """Tick rate and physics steps, as {tick_rate: 60, substeps: 4}."""
     settle: bool = False

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ValidationError
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import MAX_ERRORS, Findings
 from graphengine.format.document import Document, Location
+from graphengine.format.given_text import GivenText
 from graphengine.format.key_docs import key_docs
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, SceneSpec, Spec
@@ -189,13 +190,18 @@ class Loaded(typing.Generic[S]):
 
 
 def read(
-    model: type[S], path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None
+    model: type[S],
+    path: str | os.PathLike[str],
+    findings: Findings,
+    shown_as: str | None = None,
+    *,
+    given: GivenText | None = None,
 ) -> Loaded[S] | None:
     """Read a file and validate it as a spec; return None after errors, which are added to `findings`.
 
-    `shown_as` is the path to show in messages, if it differs from `path`.
+    The arguments are those of `document.load`.
     """
-    document = documents.load(path, findings, shown_as)
+    document = documents.load(path, findings, shown_as, given=given)
     if document is None:
         return None
     spec = validate(model, document, document.data, findings)

@@ -26,8 +26,18 @@ def flow(value: Any) -> str:
         return "{" + ", ".join(f"{scalar(key)}: {flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(flow, value)) + "]"
-    plain = isinstance(value, str) and not isinstance(value, Reference)
-    return scalar(value.replace("$", "$$") if plain else value)
+    return scalar(read_back(value))
+
+
+def read_back(value: Any) -> Any:
+    """Return a value as a reader gets it from its text: `$` in strings is doubled, except in a `Reference`."""
+    if isinstance(value, dict):
+        return {key: read_back(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [read_back(item) for item in value]
+    if isinstance(value, str):
+        return str(value) if isinstance(value, Reference) else value.replace("$", "$$")
+    return value
 
 
 def block(value: Any) -> list[str]:

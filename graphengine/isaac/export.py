@@ -13,6 +13,7 @@ from typing import Any
 
 from graphengine.compiler.every_gates import EveryHz, EveryOnce, EveryTicks
 from graphengine.compiler.graph import Graph, Instance, Wire
+from graphengine.compiler.port_texts import listed
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac.graph_file import SCRIPT_NODE, unique
 from graphengine.node import PortType, UnionType, types
@@ -282,7 +283,7 @@ def literal(value: Any, port_type: PortType) -> str:
 
 def plain(value: Any) -> str:
     """Return Python code for a number, a string, an array, or a nested list of them."""
-    value = types.listed(value)
+    value = listed(value)
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(plain, value))}]"
     if isinstance(value, str):

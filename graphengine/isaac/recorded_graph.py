@@ -10,8 +10,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from graphengine.devices.stage import at_or_below
 from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.yaml_text import Reference
 
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]

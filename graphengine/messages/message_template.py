@@ -40,12 +40,13 @@ class Template:
     Args:
         message: message from which the template is made.
         definitions: definitions of all known message types.
+        checked: whether the function `encode` also compares the classes of nested messages and the layout of arrays.
     """
 
-    def __init__(self, message: Any, definitions: Definitions = DEFINITIONS) -> None:
-        self._definitions = definitions
+    def __init__(self, message: Any, definitions: Definitions = DEFINITIONS, *, checked: bool = False) -> None:
+        self._definitions, self._checked = definitions, checked
         self._offset = _HEADER
-        self._numbers: list[tuple[int, str, str]] = []
+        self.numbers: list[tuple[int, str, str]] = []
         """Offset in the bytes, `struct` format character, and Python expression in the message `m` of each number."""
         self._constants: list[tuple[str, Any]] = []
         self._arrays: list[tuple[int, int, str]] = []
@@ -57,13 +58,18 @@ class Template:
         It raises an error if a field has the wrong type."""
 
     @staticmethod
-    def of(message: Any, definitions: Definitions = DEFINITIONS) -> Template | None:
+    def of(message: Any, definitions: Definitions = DEFINITIONS, *, checked: bool = False) -> Template | None:
         """Return a template made from a message; None if templates do not support the message's type."""
         try:
-            template = Template(message, definitions)
+            template = Template(message, definitions, checked=checked)
         except _NoTemplateError:
             return None
         return template if template.encode(message) == messages.encode(message, definitions) else None
+
+    @property
+    def only_numbers(self) -> bool:
+        """Whether the message consists of numbers and of messages of numbers, without strings, arrays and sequences."""
+        return not self._constants and not self._arrays
 
     def _align(self, size: int) -> None:
         self._offset += -(self._offset - _HEADER) % size
@@ -74,6 +80,8 @@ class Template:
             if kind == Nodetype.BASE:
                 self._base(value, detail[0], place)
             elif kind == Nodetype.NAME:
+                if self._checked:
+                    self._constants.append((f"{place}.__class__", type(value)))
                 self._walk(value, detail, place)
             elif kind == Nodetype.ARRAY and detail[0][0] == Nodetype.BASE:
                 self._array(value, detail[0][1][0], place)
@@ -99,7 +107,7 @@ class Template:
             raise _NoTemplateError(place)
         size = struct.calcsize(code)
         self._align(size)
-        self._numbers.append((self._offset, code, place))
+        self.numbers.append((self._offset, code, place))
         self._offset += size
 
     def _sequence(self, value: Any, kind: str, place: str) -> None:
@@ -119,6 +127,8 @@ class Template:
         if not isinstance(value, np.ndarray) or kind not in _CODES:
             raise _NoTemplateError(place)
         self._constants += [(f"{place}.shape", value.shape), (f"{place}.dtype", value.dtype)]
+        if self._checked:
+            self._constants.append((f"{place}.flags.c_contiguous", True))
         if value.nbytes:
             self._align(value.itemsize)
             self._arrays.append((self._offset, self._offset + value.nbytes, place))
@@ -162,7 +172,7 @@ class Template:
 
     def _comparison(self) -> str:
         """Return the line of the generated function that returns None if a constant differs; dtypes are compared by identity."""
-        operators = ["is not" if isinstance(value, np.dtype) else "!=" for _, value in self._constants]
+        operators = ["is not" if isinstance(value, np.dtype | type) else "!=" for _, value in self._constants]
         different = [f"{place} {operators[i]} c{i}" for i, (place, _) in enumerate(self._constants)]
         return f"if {' or '.join(different)}: return None" if different else ""
 
@@ -173,7 +183,7 @@ class Template:
         """
         runs: list[tuple[int, str, list[str]]] = []
         end = -1
-        for offset, code, place in self._numbers:
+        for offset, code, place in self.numbers:
             if offset == end:
                 first, codes, places = runs[-1]
                 runs[-1] = (first, codes + code, [*places, place])
@@ -184,13 +194,18 @@ class Template:
 
 
 class Encoder:
-    """Encodes the messages of one topic: with a template while the messages are similar, otherwise with the general encoder."""
+    """Encodes the messages of one topic: with a template while the messages are similar, otherwise with the general encoder.
+
+    Args:
+        definitions: definitions of all known message types.
+        checked: whether to check all fields of each message, as for messages of users.
+    """
 
     PATIENCE = 8
     """Maximum number of templates for a topic; messages that do not fit the last template go to the general encoder."""
 
-    def __init__(self, definitions: Definitions = DEFINITIONS) -> None:
-        self._definitions = definitions
+    def __init__(self, definitions: Definitions = DEFINITIONS, *, checked: bool = False) -> None:
+        self._definitions, self._checked = definitions, checked
         self._template: Template | None = None
         self._left = self.PATIENCE
 
@@ -207,10 +222,12 @@ class Encoder:
                 data = None  # the general encoder reports the fault
             if data is not None:
                 return data
+        if self._checked:
+            messages.check(message, self._definitions)
         data = messages.encode(message, self._definitions)
         if self._left:
             self._left -= 1
-            self._template = Template.of(message, self._definitions)
+            self._template = Template.of(message, self._definitions, checked=self._checked)
             if self._template is None:
                 self._left = 0
         return data

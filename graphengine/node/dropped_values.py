@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 from graphengine.format.stateful import Stateful
-
-BadValues = Literal["drop", "stop"]
-"""Reaction to a value that a node cannot use, if the value comes from a wire or was set while the session ran.
-
-`drop` ignores the value, `stop` ends the run. A value in the files from which the session started always ends the run.
-"""
 
 
 @dataclass(slots=True)

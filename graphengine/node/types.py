@@ -116,16 +116,6 @@ class UnionType:
         return " | ".join(str(alternative) for alternative in self.alternatives)
 
 
-def brief(port_type: PortType | UnionType) -> str:
-    """Return the name of a type for error messages. Of a union of more than 24 types, it lists eight and counts the others."""
-    if isinstance(port_type, UnionType) and len(port_type.alternatives) > 24:
-        first = port_type.alternatives[:8]
-        return (
-            f"{UnionType(first)} | … ({len(port_type.alternatives) - len(first)} more: `graphrun nodes --format json`)"
-        )
-    return str(port_type)
-
-
 ANY = PortType("any")
 EXECUTION = PortType("execution")
 TARGET = PortType("target")
@@ -315,18 +305,6 @@ def plain(element: Any) -> Any:
     """Return an element of an array as a port value: a Python scalar, or a tuple of scalars if the elements are tuples."""
     value = element.tolist() if isinstance(element, np.generic | np.ndarray) else element
     return tuple(value) if isinstance(value, list) else value
-
-
-def listed(value: Any) -> Any:
-    """Return a port value with its arrays as lists, to print it.
-
-    A number of less than double precision becomes the shortest decimal that reads back as the same number: the float 0.45 is
-    0.45, not 0.44999998807907104.
-    """
-    if not isinstance(value, np.ndarray | np.generic):
-        return value
-    short = value.dtype.kind == "f" and value.dtype.itemsize < np.dtype(np.float64).itemsize
-    return (value.astype(str).astype(np.float64) if short else value).tolist()
 
 
 def equal(one: Any, other: Any) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 
+from graphengine.descriptions.earth import earth_of
 from graphengine.descriptions.engine import body_names
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.robot_files.robot_file import read_robot
@@ -96,6 +97,13 @@ def load_world(
         stage.add(PHYSICS_SCENE, "scope")
     if len(findings.errors) > before:
         return None
+    if (receiver := next(stage.prims("navsat"), None)) is not None and earth_of(model) is None:
+        findings.add(
+            "W218",
+            f"{receiver.path} takes the world's origin for latitude 0, longitude 0: the world has no place on Earth",
+            scene.document.key_span("world"),
+            "add to the scene, for example: spherical_coordinates: {latitude_deg: 47.38, longitude_deg: 8.54}",
+        )
     physics, settle = scene.spec.physics, scene.spec.settle
     rate = Fraction(repr(physics.tick_rate))
     try:

@@ -16,10 +16,10 @@ from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.visible import Bodies
 from graphengine.format.errors import ContextError
-from graphengine.physics.core.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.contact_forces import contact_points
+from graphengine.physics.dynamics.held_bodies import find_mover
 from graphengine.physics.handles.conveyors import Conveyor
-from graphengine.physics.handles.motion_handles import CarriedPrim, Joints
+from graphengine.physics.handles.motion_handles import CarriedPrim, Joints, PlacedBody
 from graphengine.physics.handles.mujoco_entities import MujocoEntities
 from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.pictures.pictured_simulation import PicturedSimulation

@@ -11,11 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from graphengine.format import bounded_json
 from graphengine.format.errors import RecordingError
 from graphengine.messages.distros import JAZZY, Distro
-from graphengine.node.context.session_services import Services
-from graphengine.node.dropped_values import BadValues
 from graphengine.recording import platform_info
 from graphengine.recording.sources import SourceNames
-from graphengine.scene.loaded_scene import LoadedScene
+from graphengine.runtime.session_core import SessionCore
+from graphengine.scene.loaded_scene import BadValues, LoadedScene
 
 FORMAT = 1
 MAX_BYTES = 16_000_000
@@ -85,18 +84,18 @@ class Manifest(BaseModel):
 
 
 def describe_run(
-    scene: LoadedScene, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
+    scene: LoadedScene, session: SessionCore, names: SourceNames, keep_going: bool, modules: Sequence[str]
 ) -> Manifest:
     """Return the manifest of a session whose nodes are set up.
 
     Args:
         scene: scene of the session.
-        services: services of the session.
+        session: the session.
         names: machine-independent names of the files that were read.
         keep_going: whether the session continues when a node raises an exception.
         modules: additional Python modules with node types.
     """
-    options = scene.options
+    options, services = scene.options, session.services
     return Manifest(
         given=names.name(scene.path.absolute()),
         scene=names.name(options.scene.absolute()) if options.scene else "",
@@ -115,5 +114,5 @@ def describe_run(
         domain_from_environment=services.domain_from_environment,
         identity=services.network.identity.hex(),
         period=services.world.tick_period,
-        machine=platform_info.describe(scene, services.world),
+        machine=platform_info.describe(scene, session),
     )

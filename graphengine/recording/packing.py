@@ -41,11 +41,21 @@ class PackedScene:
         """
         names, options = SourceNames(scene.files), scene.options
         try:
-            files = {name: path.read_bytes() for name, path in sources(scene.files, scene.definitions, names).items()}
+            files = {
+                name: scene.files.content(path) for name, path in sources(scene.files, scene.definitions, names).items()
+            }
         except OSError as error:
             raise RecordingError(f"{error.filename}: cannot be read again: {error.strerror}") from None
         bare = replace(
-            options, allowed=(), installed=(), message_paths=(), shipped=None, scene=None, registry=None, near=None
+            options,
+            allowed=(),
+            installed=(),
+            message_paths=(),
+            shipped=None,
+            scene=None,
+            registry=None,
+            near=None,
+            given=None,
         )
         if scene.world is not None and any(any(scene.stage.prims(kind)) for kind in _CASTING):
             bare = replace(bare, rays=cast("RaysName", scene.world.simulation.rays.name))

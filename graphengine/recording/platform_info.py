@@ -7,20 +7,21 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-from graphengine.devices.backend import World
 from graphengine.format.version import __version__
+from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
 _OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
-def describe(scene: LoadedScene, world: World) -> dict[str, str]:
+def describe(scene: LoadedScene, session: SessionCore) -> dict[str, str]:
     """Return the properties of this platform that a session depends on.
 
     Args:
         scene: scene of the session.
-        world: world of the session, whose nodes are set up.
+        session: the session, whose nodes are set up.
     """
+    world = session.services.world
     packages, rays = ["numpy"], world.rays_in_use
     if scene.world is not None:
         packages.append("mujoco-core")

@@ -184,7 +184,7 @@ class RecordingPlayer:
         self.marks.tick = 0
 
     def _robots(self) -> list[str]:
-        return [prim.entity_name for prim in self.session.services.stage.prims("robot")]
+        return [*self.session.services.stage.robots()]
 
     def _replay_end(self, tick: Tick) -> None:
         """Replay the end of the session and compare the messages sent there. The last tick before the end stays the shown one."""

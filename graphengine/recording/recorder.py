@@ -13,7 +13,6 @@ from typing import Any, Self
 
 from graphengine.format.errors import GraphError, RecordingError, UsageError
 from graphengine.format.files import Files
-from graphengine.format.regular_files import open_regular
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.recording import mcap_schema
@@ -92,7 +91,7 @@ class Recorder(ExternalInputs):
         """For each reloaded file, the name of the attachment with its newest version; None for a deleted file."""
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
-            manifest = describe_run(scene, session.services, self._names, keep_going, modules)
+            manifest = describe_run(scene, session, self._names, keep_going, modules)
             self._writer.note(mcap_schema.MANIFEST, manifest.metadata())
             self._attach()
         except BaseException:
@@ -142,7 +141,7 @@ class Recorder(ExternalInputs):
         """
         places = {self._names.name(path): path for path in files.used}
         with contextlib.suppress(OSError):
-            self._read = _contents(places)
+            self._read = {name: files.content(path) for name, path in places.items()}
             self._places |= places
 
     def _attach_exchanged(self) -> bool:
@@ -276,7 +275,7 @@ class Recorder(ExternalInputs):
         fresh = {name: path for name, path in used.items() if name not in self._digests}
         if fresh:
             try:
-                contents = _contents(fresh)
+                contents = {name: self._files.content(path) for name, path in fresh.items()}
             except OSError as error:
                 raise RecordingError(
                     f"{error.filename}: cannot be read again for the recording: {error.strerror}"
@@ -290,14 +289,6 @@ class Recorder(ExternalInputs):
             self._writer.note(mcap_schema.FILES, {name: _digest(data) for name, data in contents.items()})
         for name, data in contents.items():
             self._writer.attach(name, media_type(name), data)
-
-
-def _contents(files: Mapping[str, Path]) -> dict[str, bytes]:
-    contents = {}
-    for name, path in files.items():
-        with open_regular(path) as file:
-            contents[name] = file.read()
-    return contents
 
 
 def _digest(data: bytes) -> str:

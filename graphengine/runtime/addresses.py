@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
-from graphengine.compiler.graph import settled_type, with_article
+from graphengine.compiler.graph import settled_type
 from graphengine.compiler.literals import ends_with, no_node, no_port
+from graphengine.compiler.port_texts import with_article
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import got_value, listing, shown, unknown
 from graphengine.node import types

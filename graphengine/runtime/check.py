@@ -10,10 +10,10 @@ from graphengine.compiler.lint_registry import LINTS, LintContext
 from graphengine.compiler.subgraph_expansion import NodeEntry, WireEntry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
-from graphengine.devices.stage import at_or_below
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import ContextError, GraphError, JointError, PrimError
 from graphengine.format.permissions import Permissions
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.messages.names import action_of
@@ -219,7 +219,7 @@ def lint_claims(context: LintContext) -> None:
 def _check_places(context: LintContext) -> None:
     """Add a warning for each graph of a robot whose prim is outside of the robot, where the robot's namespace does not apply."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
-    prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
+    prims = {name: robot.path for name, robot in context.stage.robots().items()}
     for graph in context.graphs:
         robot, _, name = graph.name.partition("/")
         path, document = graph.prim_path, graph.flat.loaded.document

@@ -7,10 +7,15 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import UnknownEntityError
 from graphengine.format.spec import Spec
+from graphengine.format.wording import unknown
 from graphengine.runtime.session_core import SessionCore
 
 EntityName = Annotated[str, Field(min_length=1, max_length=1000)]
+JointNumbers = dict[EntityName, float]
+"""A number for each joint, by the joint's name."""
 
 
 class Command(Spec):
@@ -34,6 +39,18 @@ class Command(Spec):
 
     @abstractmethod
     def _apply(self, session: SessionCore) -> Any: ...
+
+
+def find_robot(session: SessionCore, name: str) -> Prim:
+    """Return the prim of the robot with this name.
+
+    Raises:
+        UnknownEntityError: no robot has the name.
+    """
+    robots = session.services.stage.robots()
+    if name not in robots:
+        raise UnknownEntityError(unknown("robot", name, robots))
+    return robots[name]
 
 
 class ChangeCommand(Command):

@@ -26,7 +26,7 @@ from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
 from graphengine.runtime.command import ChangeCommand, Command, EntityName
-from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, Spawn
+from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, ResetRobot, Spawn
 from graphengine.runtime.joint_command import JointCommand
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
@@ -214,13 +214,15 @@ class Restore(Command):
     recorded = True
 
     name: EntityName
+    seed: int | None = None
+    """New seed of all random generators; None restores their state too."""
 
     def _apply(self, session: SessionCore) -> None:
         kept = session.held.get(self.name)
         if kept is None:
             raise UsageError(unknown("checkpoint", self.name, session.held))
         session.hold(kept)
-        session.restore(kept)
+        session.restore(kept, self.seed)
 
 
 class State(Command):
@@ -293,8 +295,9 @@ class Quit(Command):
         session.interrupt()
 
 
-_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, JointCommand)
-_KINDS += (Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance, Topics, View, Quit)
+_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, ResetRobot, Push)
+_KINDS += (JointCommand, Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance)
+_KINDS += (Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 

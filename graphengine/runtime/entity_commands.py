@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from graphengine.devices import entity as entities
 from graphengine.devices.rotation import Pose, Vector3, from_orientation
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import UsageError
 from graphengine.format.spec import Orientation, Positive, RobotUse, Vector
-from graphengine.runtime.command import ChangeCommand, Command, EntityName
+from graphengine.format.wording import unknown
+from graphengine.runtime.command import ChangeCommand, Command, EntityName, JointNumbers, find_robot
 from graphengine.runtime.session_core import SessionCore
 
 
@@ -79,12 +84,8 @@ class Move(_Placing):
         to, world = entities.Move(position, orientation, self.linear, self.angular), session.services.world
         odometry = self.odometry or ("jumps" if session.inbox.replays else "continues")
         prim = next((entity.prim_path for entity in world.entities.all() if entity.name == self.entity), "")
-        frame = world.frame(session.services.stage.find(prim)) if prim else None
-        before = frame.pose() if frame is not None else None
-        world.entities.place(self.entity, to, forced=self._forced(session))
-        session.services.disturbed = True
-        if odometry == "continues" and frame is not None and before is not None:
-            _carry(session, prim, before, frame.pose())
+        with _moving(session, prim if odometry == "continues" else ""):
+            world.entities.place(self.entity, to, forced=self._forced(session))
         turn = {"quaternion_xyzw": orientation} if orientation is not None else None
         where = {"position": position, "orientation": turn, "linear": self.linear, "angular": self.angular}
         self._record(session, entity=self.entity, odometry=odometry, **where)
@@ -95,6 +96,70 @@ class Move(_Placing):
             return None
         x, y, *height = self.position
         return x, y, height[0] if height else session.services.world.entities.state(self.entity).position[2]
+
+
+class ResetRobot(_Placing):
+    """Return one robot to its initial pose, joint positions and commands, with zero velocities; time and graphs continue.
+
+    Its sensors are reset, forces on it end, and it releases what it grips.
+    """
+
+    robot: EntityName
+    position: Vector | None = None
+    """Position of the robot's base link in the world, m; default: the initial position."""
+    orientation: Orientation | None = None
+    joints: JointNumbers = Field(default_factory=dict)
+    """Positions by joint name, rad or m; drives hold these joints there. Other joints return to their initial positions."""
+    keyframe: EntityName | None = None
+    """Keyframe of the robot's MuJoCo model, in place of the initial state."""
+
+    @classmethod
+    def command_name(cls) -> str:
+        """Return `reset-robot`."""
+        return "reset-robot"
+
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
+        prim = find_robot(session, self.robot)
+        self._check(prim)
+        turned = self.orientation
+        orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
+        to, reset = entities.Move(self.position, orientation), session.services.world.entities.reset
+        with _moving(session, prim.path):
+            reset(self.robot, to, self.joints, self.keyframe, forced=self._forced(session))
+        where = {"position": self.position, "orientation": {"quaternion_xyzw": orientation} if orientation else None}
+        self._record(session, robot=self.robot, joints=self.joints, keyframe=self.keyframe, **where)
+        return _overlaps(session, self.robot)
+
+    def _check(self, robot: Prim) -> None:
+        facts = robot.facts
+        joints = dict(zip(facts["joints"], zip(facts["leaders"], facts["ranges"], strict=True), strict=True))
+        if self.keyframe is not None and self.keyframe not in facts["keyframes"]:
+            raise UsageError(unknown("keyframe", self.keyframe, facts["keyframes"]))
+        for name, position in self.joints.items():
+            if name not in joints:
+                raise UsageError(unknown("joint", name, joints))
+            leader, (lowest, highest) = joints[name]
+            if leader:
+                raise UsageError(f"joint {name!r} follows {leader!r}\n  give a position for {leader} instead")
+            if not lowest <= position <= highest:
+                text = f"joint {name!r} cannot be at {position:g}, which is outside of its limits"
+                raise UsageError(f"{text}\n  legal: {lowest:g} to {highest:g}")
+
+
+@contextmanager
+def _moving(session: SessionCore, entity: str) -> Iterator[None]:
+    """Within the block, an entity is moved: the session counts as disturbed, and ground-truth odometry continues.
+
+    Args:
+        session: the session.
+        entity: prim path of the entity; empty if odometry is to jump with it.
+    """
+    frame = session.services.world.frame(session.services.stage.find(entity)) if entity else None
+    before = frame.pose() if frame is not None else None
+    yield
+    session.services.disturbed = True
+    if frame is not None and before is not None:
+        _carry(session, entity, before, frame.pose())
 
 
 def _carry(session: SessionCore, entity: str, before: Pose, after: Pose) -> None:

@@ -10,8 +10,9 @@ from typing import Any
 from graphengine.compiler.every_gates import rate
 from graphengine.compiler.graph import Graph, visible
 from graphengine.devices.backend import World
-from graphengine.devices.stage import Prim, at_or_below
+from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError, ContextError, NodeError
+from graphengine.format.prim_paths import at_or_below
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
 from graphengine.node.context.session_services import Services

@@ -10,12 +10,10 @@ from pydantic import model_validator
 
 from graphengine.devices.backend import follower_warnings
 from graphengine.devices.motion import Articulation, CommandKind
-from graphengine.format.errors import BadValueError, JointError, UnknownEntityError, UsageError
-from graphengine.format.wording import unknown
-from graphengine.runtime.command import ChangeCommand, EntityName
+from graphengine.format.errors import BadValueError, JointError, UsageError
+from graphengine.runtime.command import ChangeCommand, EntityName, JointNumbers, find_robot
 from graphengine.runtime.session_core import SessionCore
 
-_Targets = dict[EntityName, float]
 _REMEDIES: Mapping[CommandKind, str] = {
     "position": "give these joints a drive with stiffness below `joints:` of the robot file, or command efforts",
     "velocity": "give these joints a drive with damping below `joints:` of the robot file, or command efforts",
@@ -32,11 +30,11 @@ class JointCommand(ChangeCommand):
     """
 
     robot: EntityName
-    positions: _Targets | None = None
+    positions: JointNumbers | None = None
     """Position targets by joint name, rad or m; a joint needs a drive with stiffness."""
-    velocities: _Targets | None = None
+    velocities: JointNumbers | None = None
     """Velocity targets by joint name, rad/s or m/s; a joint needs a drive with damping."""
-    efforts: _Targets | None = None
+    efforts: JointNumbers | None = None
     """Torques or forces by joint name, N m or N, in addition to those of the drives."""
 
     @classmethod
@@ -51,18 +49,16 @@ class JointCommand(ChangeCommand):
         return self
 
     def _apply(self, session: SessionCore) -> None:
-        robots = {prim.entity_name: prim for prim in session.services.stage.prims("robot")}
-        if self.robot not in robots:
-            raise UnknownEntityError(unknown("robot", self.robot, robots))
+        robot = find_robot(session, self.robot)
         try:
-            self._command(session, session.services.world.articulation(robots[self.robot]))
+            self._command(session, session.services.world.articulation(robot))
         except (JointError, BadValueError) as error:
             raise UsageError(str(error).replace("\n", "\n  ")) from error
         given = {"positions": self.positions, "velocities": self.velocities, "efforts": self.efforts}
         self._record(session, robot=self.robot, **given)
 
     def _command(self, session: SessionCore, robot: Articulation) -> None:
-        kinds: dict[CommandKind, _Targets] = {
+        kinds: dict[CommandKind, JointNumbers] = {
             "position": self.positions or {},
             "velocity": self.velocities or {},
             "effort": self.efforts or {},

@@ -13,9 +13,10 @@ from functools import partial
 from typing import Any
 
 from graphengine.compiler.graph import Instance, known_type
+from graphengine.compiler.port_texts import listed
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import shown
-from graphengine.messages.parameters import ARRAY_OF, ParameterType
+from graphengine.messages.parameters import ARRAY_OF, ParameterType, parameter_message
 from graphengine.node.port import Port
 from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal
 from graphengine.runtime.addresses import SIDES, GraphVariable, NodePort
@@ -69,6 +70,10 @@ class Parameter:
     def has(self, value: Any) -> bool:
         """Return whether the current value equals `value`."""
         return equal(self.read(), value)
+
+    def message(self, value: Any) -> Any:
+        """Return an rcl_interfaces/Parameter with the name and type of this parameter, and the given value."""
+        return parameter_message(self.name, self.type, listed(value))
 
 
 USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")

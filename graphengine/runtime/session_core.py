@@ -89,13 +89,14 @@ class SessionCore(RunControl):
         if len(self.held) > MAX_HELD:
             del self.held[next(iter(self.held))]
 
-    def restore(self, kept: SavedSession) -> None:
+    def restore(self, kept: SavedSession, seed: int | None = None) -> None:
         """Restore the state of a checkpoint; with the transport `memory`, equal inputs then give byte-identical messages.
 
         The tick count `ticks` and the recording continue, and messages that were already sent cannot be recalled.
 
         Args:
             kept: checkpoint of this session.
+            seed: new seed of all random generators; None restores their state too.
 
         Raises:
             UsageError: the checkpoint is of another session, or the method was called within a tick.
@@ -110,9 +111,11 @@ class SessionCore(RunControl):
             self.version = kept.version
         self.roster.restore(kept.robots)
         self._ticker.restore(kept.state)
+        if seed is not None:
+            self._ticker.reseed(seed)
         state, self._failure, self._ended = kept.play
         self._set(state)
-        self.note("restore", {"name": kept.name})
+        self.note("restore", {"name": kept.name, **({"seed": seed} if seed is not None else {})})
         self._announce_jump(before, restored=True)
 
     def stop(self) -> None:

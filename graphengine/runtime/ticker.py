@@ -309,6 +309,13 @@ class Ticker:
         finally:
             self.running = False
 
+    def reseed(self, seed: int) -> None:
+        """Restart all random generators with a seed; the noise of sensors changes with their next samples."""
+        services = self.services
+        services.seed = services.world.seed = seed
+        for path in services.generators:
+            services.reseed(path)
+
     def begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
         """Reset parts of the session.
 
@@ -317,8 +324,6 @@ class Ticker:
             seed: new seed of all random generators; None: the seed stays.
         """
         services, world = self.services, self.services.world
-        if seed is not None:
-            services.seed = world.seed = seed
         if "time" in scopes:
             world.zero_commands()
         if "state" in scopes:
@@ -335,8 +340,7 @@ class Ticker:
         services.keys.clear()
         for queue in services.queues.values():
             queue.clear()
-        for path in services.generators:
-            services.reseed(path)
+        self.reseed(services.seed if seed is None else seed)
         for product in services.render_products.values():
             product.reset()
         self.clock.stop()

@@ -18,23 +18,24 @@ from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.devices.stage import Stage
 from graphengine.format import document, spec_reader
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.messages.endpoints import Network
 from graphengine.node.context.session_services import Services
-from graphengine.node.dropped_values import BadValues, DroppedValues
+from graphengine.node.dropped_values import DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, robot_uses, use_place
 from graphengine.scene.hot_reload import SceneReloader
-from graphengine.scene.loaded_scene import LoadedScene, Options, WorldSource
+from graphengine.scene.loaded_scene import BadValues, LoadedScene, Options, WorldSource
 from graphengine.scene.scene_roster import begin
 
 if TYPE_CHECKING:
@@ -52,9 +53,9 @@ def load_again(scene: LoadedScene) -> LoadedScene:
 
 
 def _load(path: Path, options: Options, before: LoadedScene | None = None) -> LoadedScene:
-    files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
+    files = _files(path, options)
     unread = LoadedScene(path, options, files, Findings())
-    found = document.load(path, unread.findings)
+    found = document.load(path, unread.findings, given=files.text(path))
     if found is None:
         return unread
     kind = spec_reader.kind_of(found)
@@ -73,19 +74,23 @@ def _load(path: Path, options: Options, before: LoadedScene | None = None) -> Lo
     return unread
 
 
+def _files(path: Path, options: Options) -> Files:
+    return Files.of(path, options.allowed, options.near, options.installed, options.shipped, options.given)
+
+
 def check_robot(path: Path, options: Options) -> LoadedScene:
     """Check a robot file and return the findings in a LoadedScene; graphs of the robot are checked only as part of a scene."""
     from graphengine.physics.loading import load_robot_file
 
-    files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
+    files, findings = _files(path, options), Findings()
     load_robot_file(path, files, findings)
     return LoadedScene(path, options, files, findings)
 
 
 def load_without_graphs(path: Path, options: Options) -> LoadedScene:
     """Read and check a scene file and its robots, but not the graphs."""
-    files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
-    read = spec_reader.read(SceneSpec, path, findings)
+    files, findings = _files(path, options), Findings()
+    read = spec_reader.read(SceneSpec, path, findings, given=files.text(path))
     world = _world(read, files, findings, options) if read is not None else None
     return LoadedScene(path, options, files, findings, world=world)
 
@@ -102,7 +107,7 @@ def _scene_uses(
 ) -> tuple[LoadedScene, list[GraphFile]]:
     """Return a scene with its world, and its graph files: those of the scene file first, then those of each robot."""
     options, findings = scene.options, scene.findings
-    read = spec_reader.read(SceneSpec, path, findings)
+    read = spec_reader.read(SceneSpec, path, findings, given=files.text(path))
     if read is None:
         return scene, []
     uses: list[GraphFile] = []

@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graphengine.compiler.filled_document import Use
+from graphengine.compiler.filled_document import Places, Use
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.literals import Override
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.subgraph_expansion import load_graph
-from graphengine.devices.stage import Prim, Stage, normalize
+from graphengine.devices.stage import Prim, Stage
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from graphengine.format.prim_paths import normalize
 from graphengine.format.spec import GraphUse
 
 if TYPE_CHECKING:
-    from graphengine.descriptions.robot_files.robot_file import RobotFile
     from graphengine.physics.model.robot import RobotInstance
     from graphengine.scene.loaded_scene import Options
 
@@ -73,7 +73,7 @@ def _shipped_graph(name: str, robot: RobotInstance, prim: Prim, files: Files, *,
     return GraphFile(path, f"{robot.name}/{name}", {"robot": prim.path, "root": root}, "", asked_for=asked_for)
 
 
-def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
+def use_place(file: Places, graph: str, use: GraphUse) -> Use:
     """Return the places of the key `use` and of the parameters in the entry of a graph, for error messages."""
     return Use(file.span("graphs", graph, "use"), file, ("graphs", graph, "parameters"), use.parameters.keys())
 

@@ -1,4 +1,4 @@
-"""The class `LoadedScene` of loaded and checked scenes and graphs, and the options for loading them."""
+"""The class `LoadedScene` of loaded and checked scenes and graphs, and the options for loading and running them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
+from graphengine.format.given_text import GivenText
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.distros import JAZZY, Distro
 from graphengine.messages.endpoints import EndpointClaim
@@ -21,6 +22,12 @@ if TYPE_CHECKING:
     from graphengine.format.spec import SceneSpec
     from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.ray_casting.rays import RaysChoice
+
+BadValues = Literal["drop", "stop"]
+"""Reaction to a value that a node cannot use, if the value comes from a wire or was set while the session ran.
+
+`drop` ignores the value, `stop` ends the run. A value in the files from which the session started always ends the run.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +53,7 @@ class Options:
         scripts: whether graphs may run Python code.
         recorded: whether the files are those of a recording; then values out of the bounds of their ports are only warnings,
             because the bounds may be newer than the recording.
+        given: text of the scene or graph in place of its file.
         sees_own_robots: whether ray sensors whose robot file does not say so see their own robot.
     """
 
@@ -65,6 +73,7 @@ class Options:
     environment: Mapping[str, str] = field(default_factory=dict)
     scripts: bool = False
     recorded: bool = False
+    given: GivenText | None = None
     sees_own_robots: bool = True
 
 

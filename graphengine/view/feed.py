@@ -14,6 +14,7 @@ from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.runtime.command_queue import CommandQueue
+from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.layer_data import FloorMap
 from graphengine.view.layers import Layers
@@ -21,7 +22,6 @@ from graphengine.view.live_findings import finding_rows
 from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_of
 from graphengine.view.live_robots import list_robots, states_of
 from graphengine.view.live_topics import Listen, LiveTopics
-from graphengine.view.node_problems import NodeProblems
 from graphengine.view.page_client import Page
 from graphengine.view.viewers import Driver, RecordingControls, Viewers
 from graphengine.view.wire import Ended, LiveScene, LiveState, PaneContent

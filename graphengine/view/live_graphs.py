@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.compiler.graph import Graph
 from graphengine.drawing.view_model import make_graph_view
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
@@ -89,13 +88,14 @@ def describe(viewer: int, run: GraphRun, folder: str = "") -> GraphDetails:
     try:
         view = make_graph_view(graph, Findings())
     except UsageError as error:  # the graph is too large
-        return GraphDetails(viewer, run.name, str(error), _nodes_of(graph, folder))
+        return GraphDetails(viewer, run.name, str(error), _nodes_of(run, folder))
     # Node classes are not sent: the page's process may not have the modules that define them.
     view.nodes = [replace(node, instance=None) for node in view.nodes]
-    return GraphDetails(viewer, run.name, view, _nodes_of(graph, folder))
+    return GraphDetails(viewer, run.name, view, _nodes_of(run, folder))
 
 
-def _nodes_of(graph: Graph, folder: str) -> dict[str, dict[str, Any]]:
+def _nodes_of(run: GraphRun, folder: str) -> dict[str, dict[str, Any]]:
+    graph = run.executor.graph
     wired = {(wire.target, wire.target_field) for wire in (*graph.data_wires, *graph.exec_wires)}
     return {
         instance.id: {

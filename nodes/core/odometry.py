@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from graphengine.devices import rotation
 from graphengine.devices.motion import Body
 from graphengine.devices.rotation import Pose
-from graphengine.devices.stage import at_or_below
+from graphengine.format.prim_paths import at_or_below
 from graphengine.node import Bound, Clock, Context, ExecIn, ExecOut, In, Node, Out, Quaterniond, State, Target, Vector3d
 from graphengine.nodes.touched import reading_poses
 

@@ -12,7 +12,7 @@ from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import Bound, Context, ContextError, In, Node, Out, String, Token, Tokens
-from graphengine.nodes.lidar import beams_of_a_ring, level_ring, points_of
+from graphengine.nodes.lidar import beams_of_a_ring, level_ring
 from graphengine.nodes.ros2.helper import SkippingHelper
 from graphengine.nodes.ros2.point_cloud import FIELDS, point_cloud
 
@@ -133,7 +133,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         if "Time" in self.selected_metadata:
             known["Time"] = np.zeros(len(hit), "<f4")
         header = messages.header(time, self.publisher.claim.frame_id)
-        return point_cloud(header, points_of(self.lidar, scan, hit), known)
+        return point_cloud(header, scan.points_of(hit), known)
 
 
 class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarPointCloudConfig"):

@@ -15,13 +15,35 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.api import mujoco_objects, robots, scene, scene_loading, session, session_control, session_world
+from graphengine import bringup
+from graphengine.api import (
+    mujoco_objects,
+    robots,
+    scene,
+    scene_loading,
+    sensors,
+    session,
+    session_control,
+    session_world,
+)
+from graphengine.api.gym import scene_env
 from graphengine.bringup import scenes
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 FINDER = doctest.DocTestFinder(exclude_empty=False)
-MODULES = (scene_loading, scene, session, session_control, session_world, robots, mujoco_objects, scenes)
+MODULES = (
+    scene_loading,
+    scene,
+    session,
+    session_control,
+    session_world,
+    robots,
+    sensors,
+    mujoco_objects,
+    scene_env,
+    scenes,
+)
 DOCUMENTED = {test.name: test for module in MODULES for test in FINDER.find(module) if test.examples}
 
 
@@ -68,6 +90,13 @@ def test_a_search_from_a_checkpoint_finds_the_turn_that_leads_to_the_goal() -> N
     assert printed(r"(\S+) m from the goal", output) < 0.15
 
 
+def test_wheels_are_commanded_until_the_lidar_measures_half_a_metre() -> None:
+    stops = re.findall(r"(\S+) m before the wall after (\S+) s", run("examples/wheels/run.py"))
+    (near, slow), (near_again, fast) = [(float(ahead), float(seconds)) for ahead, seconds in stops]
+    assert near == near_again == 0.51
+    assert fast < slow  # the second drive is faster, from the same start
+
+
 def test_a_controller_is_tuned() -> None:
     output = run("examples/tune.py")
     assert (
@@ -89,6 +118,13 @@ def test_a_fleet_with_an_own_node_is_recorded_and_replayed(tmp_path: Path) -> No
     assert "identical" in output
 
 
+def test_a_robot_learns_to_drive_to_a_point() -> None:
+    output = run("examples/learn.py")
+    distances = [float(found) for found in re.findall(r"([\d.]+) m from the goal", output)]
+    assert len(distances) == 5
+    assert distances[-1] < 0.15 < distances[0]
+
+
 def test_the_fleet_needs_no_argument() -> None:
     usage = subprocess.run(
         [sys.executable, "examples/fleet/run.py", "--help"], cwd=ROOT, capture_output=True, text=True
@@ -101,7 +137,7 @@ def test_the_fleet_needs_no_argument() -> None:
 def test_examples_in_docstrings_give_the_stated_results(name: str) -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         test = DOCUMENTED[name]
-        test.globs = {"ge": ge, "scene": ge.load("dd100_flat"), "sim": sim}
+        test.globs = {"ge": ge, "bringup": bringup, "scene": ge.load("dd100_flat"), "sim": sim}
         told: list[str] = []
         doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=told.append, clear_globs=False)
         assert not told, "".join(told)

@@ -46,15 +46,29 @@ def test_a_checkpoint_brings_its_seed_back(noisy: ge.Scene) -> None:
         assert ranges(sim) == first
 
 
+def test_a_checkpoint_is_restored_with_another_seed(noisy: ge.Scene) -> None:
+    with noisy.session(seed=7) as fresh, noisy.session() as sim:
+        expected = ranges(fresh)
+        mark = sim.checkpoint()
+        other = ranges(sim)
+        sim.restore(mark, seed=7)
+        assert ranges(sim) == expected != other
+        sim.restore(mark)
+        assert ranges(sim) == other
+
+
 def test_a_seed_without_a_reset_of_the_time_is_refused(noisy: ge.Scene) -> None:
     with noisy.session() as sim, pytest.raises(ge.UsageError, match="add the scope `time`"):
         sim.reset("state", seed=7)
 
 
-def test_a_reset_with_a_seed_is_recorded_and_replayed(noisy: ge.Scene, tmp_path: Path) -> None:
+def test_new_seeds_are_recorded_and_replayed(noisy: ge.Scene, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     with noisy.session(record=path) as sim:
+        mark = sim.checkpoint()
         ranges(sim)
         sim.reset(seed=7)
+        ranges(sim)
+        sim.restore(mark, seed=8)
         ranges(sim)
     assert graphrun(["replay", str(path)]) == 0

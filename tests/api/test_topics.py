@@ -53,9 +53,13 @@ def test_a_subscription_keeps_the_newest_messages(sim: ge.Session) -> None:
     assert [message.clock.nanosec for message in clock] == [50_000_000, 66_666_666, 83_333_333]
     assert (len(clock), clock.dropped, clock.type) == (3, 2, "rosgraph_msgs/msg/Clock")
     assert repr(clock) == "<Subscription /clock (rosgraph_msgs/msg/Clock): 3 messages, 2 dropped>"
+    clock.clear()
+    assert (len(clock), clock.dropped, clock.latest) == (0, 0, None)
+    sim.step()
+    assert (len(clock), clock.dropped) == (1, 0)
     clock.close()
     sim.step()
-    assert len(clock) == 3
+    assert len(clock) == 1
 
 
 def test_a_message_arrives_in_the_next_tick_and_then_each_period(sim: ge.Session) -> None:

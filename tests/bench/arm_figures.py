@@ -74,7 +74,7 @@ class Arm:
         if payload:
             link, pose = flange, NOWHERE
             while mujoco.mj_name2id(self.world.model, mujoco.mjtObj.mjOBJ_BODY, f"{self.robot.name}/{link}") < 0:
-                carrier = description.urdf.links[link].carrier
+                carrier = description.description.links[link].carrier
                 assert carrier is not None, f"no body carries {flange}"
                 link, pose = carrier.parent, compose(carrier.pose, pose)
             _add_mass(self.world.model, f"{self.robot.name}/{link}", np.array(pose[0]), payload)

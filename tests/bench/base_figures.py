@@ -129,9 +129,11 @@ def _limits(scene: Scene, robot: RobotInstance) -> Limits:
     if any(
         inputs_named(loaded_of(scene).planned, "mecanumAngles")
     ):  # mecanum or omni wheels, whose drives have the ramps
-        joints = [robot.urdf.joints[name] for name, drive in robot.drives.items() if drive.max_acceleration < math.inf]
-        places = [robot.urdf.pose_in_root(joint.child)[0] for joint in joints]
-        axes = robot.urdf.axes_in_root()
+        joints = [
+            robot.description.joints[name] for name, drive in robot.drives.items() if drive.max_acceleration < math.inf
+        ]
+        places = [robot.description.pose_in_root(joint.child)[0] for joint in joints]
+        axes = robot.description.axes_in_root()
         oblique = any(is_oblique(axes[joint.name]) for joint in joints)
         lever = max((math.hypot(x, y) if oblique else abs(x) + abs(y) for x, y, _ in places), default=0.0)
         radius = limit_of(scene, "wheelRadius")

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.devices.lidar import Scan
+from graphengine.devices.lidar import Scan, beam_directions
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import EndpointClaim, QoS
@@ -64,7 +64,7 @@ class Room:
 
     def cast(self, time: float) -> None:
         """See the walls at that time."""
-        self.sample = Scan(time, 0, *self.seen)
+        self.sample = Scan(time, 0, *self.seen, beam_directions(self.angles, np.zeros(1)))
 
     def scan(self) -> Scan:
         """What was seen last."""

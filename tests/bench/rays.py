@@ -25,8 +25,9 @@ from graphengine.descriptions.engine import mujoco, sort_geoms
 from graphengine.descriptions.geoms import mesh_faces, mesh_vertices
 from graphengine.devices.lidar import beam_directions
 from graphengine.format.distribution import install_command
+from graphengine.physics.ray_casting.casters import Caster
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
-from graphengine.physics.ray_casting.rays import Caster, RaysChoice, select_rays
+from graphengine.physics.ray_casting.rays import RaysChoice, select_rays
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import SHIPPED, load

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import graphengine as ge
+from graphengine import bringup
 
 
 @pytest.fixture(scope="module")
@@ -17,13 +18,13 @@ def scene() -> ge.Scene:
 
 def test_an_occupancy_map_is_an_array_and_the_files_that_graphrun_map_writes(scene: ge.Scene, tmp_path: Path) -> None:
     area: dict[str, Any] = {"bounds": ((-2.0, -1.0), (2.0, 1.0)), "cell": 0.5}
-    floor = ge.bringup.occupancy_map(scene, tmp_path / "floor", **area)
+    floor = bringup.occupancy_map(scene, tmp_path / "floor", **area)
     assert (floor.cells == 0).all()
     assert floor.cells.shape == (4, 8)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["floor.png", "floor.yaml"]
-    around = ge.bringup.occupancy_map(scene, **area, heights=(0.05, 0.62), include=["/dd100"], free=[(1.5, 0.5)])
+    around = bringup.occupancy_map(scene, **area, heights=(0.05, 0.62), include=["/dd100"], free=[(1.5, 0.5)])
     assert around.cells[2, 4] == 100
-    assert ge.bringup.occupancy_map(scene, **area, heights=(0.5, 1.0), convention="isaac").window == (0.25, 1.25)
+    assert bringup.occupancy_map(scene, **area, heights=(0.5, 1.0), convention="isaac").window == (0.25, 1.25)
 
 
 @pytest.mark.parametrize(
@@ -37,10 +38,10 @@ def test_an_occupancy_map_is_an_array_and_the_files_that_graphrun_map_writes(sce
 )
 def test_a_map_that_makes_no_sense_is_refused(scene: ge.Scene, arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ge.UsageError) as caught:
-        ge.bringup.occupancy_map(scene, **arguments)
+        bringup.occupancy_map(scene, **arguments)
     assert words in str(caught.value)
 
 
 def test_a_graph_without_a_scene_has_no_map() -> None:
     with pytest.raises(ge.UsageError, match="without a scene and has no world"):
-        ge.bringup.occupancy_map(ge.load("clock"))
+        bringup.occupancy_map(ge.load("clock"))

@@ -109,6 +109,8 @@ def test_a_run_goes_back_to_a_checkpoint(ctl: Graphrun) -> None:
         )
         ctl("step", "30")
         assert state(ctl)["robots"] != here
+        ctl("reset-robot", "dd100", "--at", "1,2,0.025")
+        assert state(ctl)["robots"][0]["position"] == pytest.approx([1.0, 2.0, 0.025])
         ctl("restore", "before")
         assert (state(ctl)["time"], state(ctl)["robots"]) == (0.5, here)
         ctl("restore", "after", refused="no checkpoint 'after'")
@@ -327,6 +329,17 @@ def test_an_invalid_command_line_is_reported(graphrun: Graphrun, words: list[str
         (
             ["command", "a", "--positions", "b=-1", "c=90deg", "--efforts", "d=.5"],
             {"robot": "a", "positions": {"b": -1.0, "c": math.pi / 2}, "efforts": {"d": 0.5}},
+        ),
+        (["reset-robot", "a"], {"robot": "a", "joints": {}, "force": False}),
+        (
+            ["reset-robot", "a", "--at", "-1,2,0.5", "--joints", "b=90deg", "--keyframe", "home", "--force"],
+            {
+                "robot": "a",
+                "position": (-1.0, 2.0, 0.5),
+                "joints": {"b": math.pi / 2},
+                "keyframe": "home",
+                "force": True,
+            },
         ),
         (["move", "a", "-1", "-2e-1"], {"entity": "a", "position": [-1.0, -0.2]}),
         (["move", "a", "--angular", "-.5,0,0"], {"entity": "a", "angular": (-0.5, 0.0, 0.0)}),

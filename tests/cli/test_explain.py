@@ -134,8 +134,8 @@ def test_without_a_code_all_codes_are_listed_by_group(graphrun: Graphrun) -> Non
 
 
 def test_an_unknown_code_gets_a_suggestion(graphrun: Graphrun) -> None:
-    said = "graphrun explain: no code 'W18'\n  did you mean 'W108'?\n  `graphrun explain` lists all codes\n"
-    graphrun("explain", "W18", code=2, out="", err=said)
+    said = "graphrun explain: no code 'W1088'\n  did you mean 'W108'?\n  `graphrun explain` lists all codes\n"
+    graphrun("explain", "W1088", code=2, out="", err=said)
     assert "codes: G101, G102, " in graphrun("explain", "xyzzy", code=2, out="").err
 
 

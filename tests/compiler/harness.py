@@ -23,11 +23,12 @@ from graphengine.format.files import Files
 from graphengine.messages.endpoints import EndpointClaim, Network, Publisher
 from graphengine.node.clock import Clock
 from graphengine.node.context.session_services import Services
-from graphengine.node.dropped_values import BadValues, DroppedValues
+from graphengine.node.dropped_values import DroppedValues
 from graphengine.runtime.graph_run import make_graph_run
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import Ticker
+from graphengine.scene.loaded_scene import BadValues
 from tests.compiler import nodes_for_tests
 
 REGISTRY = Registry()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -95,7 +96,7 @@ def test_a_file_is_read_once_however_often_it_is_used(tmp_path: Path, monkeypatc
     parsed: list[str] = []
     real = document.parse
 
-    def parse(text: str, shown: str, found: Findings, **options: bool) -> document.Document | None:
+    def parse(text: str, shown: str, found: Findings, **options: Any) -> document.Document | None:
         parsed.append(shown)
         return real(text, shown, found, **options)
 

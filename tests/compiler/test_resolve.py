@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from graphengine.compiler.graph import Graph, settled_type, with_article
+from graphengine.compiler.graph import Graph, settled_type
 from graphengine.compiler.literals import Override
+from graphengine.compiler.port_texts import with_article
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.messages.endpoints import Network

@@ -80,10 +80,12 @@ def simulator(folder: Path, **how: Any) -> Iterator[Simulator]:
     """A scene of a cart with an arm, `bot`, a free `ball` and a `shelf`, paused at time 0."""
     project = Project(folder).write("world.xml", WORLD)
     assembly = build.load(project.folder / "scene.yaml")
+    assert assembly.world is not None
+    scenery = assembly.world.scenery
     transport, complaints = MemoryTransport(), list[str]()
     session = build.start(assembly, LiveNetwork(lambda domain: transport, 0, complaints.append))
     with controlled(session, **{"paused": True, **how}) as run:
-        services = SimulationInterfaces(run.queue, assembly, transport, complaints.append)
+        services = SimulationInterfaces(run.queue, (scenery.scene, scenery.library.files), transport, complaints.append)
         try:
             yield Simulator(run, transport, complaints)
         finally:

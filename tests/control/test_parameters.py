@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.control.parameter_messages import descriptor, message
+from graphengine.control.parameter_messages import descriptor
 from graphengine.control.parameter_services import MAX_REQUEST, ParameterServices
 from graphengine.control.parameters import ParameterNodes, node_name
 from graphengine.messages import messages
@@ -385,4 +385,4 @@ def test_values_survive_their_messages() -> None:
 
 def test_a_float_has_the_shortest_decimal_in_a_message() -> None:
     gains = Parameter("gains", PortType("float", array=True), lambda: np.array([0.45, 0.1], np.float32), None)
-    assert python_value(message(gains, gains.read()).value) == [0.45, 0.1]
+    assert python_value(gains.message(gains.read()).value) == [0.45, 0.1]

@@ -12,15 +12,12 @@ import pytest
 
 from graphengine.control.service_host import ServiceHost
 from graphengine.control.simulation_interfaces.server import SimulationInterfaces
-from graphengine.format.diagnostics import Findings
-from graphengine.format.files import Files
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import DeliverRequest
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.memory.memory_services import MemoryServer
-from graphengine.scene.loaded_scene import LoadedScene, Options
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
 from tests.control.simulators import CRATE, Client, Simulator, simulator
@@ -423,12 +420,10 @@ def test_what_is_no_feature_says_so_at_once(sim: Simulator, service: str) -> Non
     assert sim.call(service).result.result == UNSUPPORTED
 
 
-def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTicking, tmp_path: Path) -> None:
+def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTicking) -> None:
     transport, session = MemoryTransport(), ticking().session
-    path = tmp_path / "graph.yaml"
-    assembly = LoadedScene(path, Options(), Files.of(path), Findings())
     with controlled(session, paused=True) as run:
-        SimulationInterfaces(run.queue, assembly, transport, print)
+        SimulationInterfaces(run.queue, None, transport, print)
         client = Client(transport)
         assert client.call("step_simulation", steps=2).result.result == OK
         features = client.call("get_simulator_features").features.features.tolist()

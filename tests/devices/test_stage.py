@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.devices.stage import Stage, normalize
+from graphengine.devices.stage import Stage
 from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.prim_paths import normalize
 
 BASE = "/dd100/Geometry/base_link"
 CHASSIS = f"{BASE}/chassis_link"

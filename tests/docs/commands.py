@@ -11,7 +11,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from graphengine.cli import OLD_NAMES, Parser, make_parser
+from graphengine.cli import OLD_NAMES, make_parser
+from graphengine.cli.parser import Parser
 
 _OPERATORS = {"&&", "||", ";", "|", "&", ">", ">>", "<", "2>", "2>&1", ";;"}
 _ASSIGNMENT = re.compile(r"[A-Za-z_]\w*=.*")

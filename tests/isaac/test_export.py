@@ -64,6 +64,8 @@ REFUSED = {
         f"Points: isaacsim.ros2.bridge.ROS2CameraHelper has no inputs:{port} in Isaac Sim"
         for port in ("colored", "organized")
     ],
+    "publishers/force_torque": ["PublishWrench: Isaac Sim has no node type graphengine.ros2.ForceTorquePublisher"],
+    "publishers/navsat": ["PublishFix: Isaac Sim has no node type graphengine.ros2.NavSatPublisher"],
     "publishers/range": ["PublishRange: Isaac Sim has no node type graphengine.ros2.RangePublisher"],
     "wheel_odometry": _wheel_odometry("WheelOdometry", "PublishOdom"),
     "localization": ["PublishGroundTruth: Isaac Sim has no node type graphengine.ros2.ROS2PublishGroundTruthTransform"],

@@ -13,13 +13,12 @@ from graphengine.format.files import find_file
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
-from graphengine.node.dropped_values import BadValues
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.commands import parse
 from graphengine.runtime.entity_commands import Spawn
 from graphengine.scene import build
-from graphengine.scene.loaded_scene import LoadedScene, Options
+from graphengine.scene.loaded_scene import BadValues, LoadedScene, Options
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -15,6 +15,7 @@ TESTED = {
     ),
     "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
     "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
+    "api.gym.scene_env.PATIENCE": "tests/api/gym/test_refusals.py::test_a_mistake_is_told_when_the_environment_is_made",
     "bringup.navigation.true_poses.PATIENCE": (
         "tests/bringup/navigation/test_true_poses.py::test_a_run_that_never_answers_is_refused"
     ),
@@ -145,8 +146,8 @@ BOUNDS_NO_INPUT = {
         "view.scene.viewer_controls.FARTHEST",
     ),
     "a value above or below which a warning suggests another unit; it is used as it is": (
-        "descriptions.urdf.joint_units._MOST_DEGREES",
-        "descriptions.urdf.joint_units._MOST_TURNS",
+        "descriptions.joint_units._MOST_DEGREES",
+        "descriptions.joint_units._MOST_TURNS",
         "descriptions.files.flat_meshes._FARTHEST",
         "physics.model.mesh_units.LARGEST",
         "physics.model.mesh_units.SMALLEST",

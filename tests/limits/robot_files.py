@@ -12,16 +12,20 @@ import numpy as np
 import pytest
 
 from graphengine.bringup.robots import arm_gains, controllers_file
+from graphengine.bringup.robots.gazebo_profiles import NO_LIKE
+from graphengine.descriptions import link_tree
 from graphengine.descriptions.files import bounds, conversion, meshes, references, xml
 from graphengine.descriptions.files.meshes import MeshError
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.mjcf import mjcf_trial
+from graphengine.descriptions.robot_description import Link
 from graphengine.descriptions.robot_files import default_drives
 from graphengine.descriptions.robot_files.robot_file import read_robot
 from graphengine.descriptions.sdf import sdf_files, sdf_values
 from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
 from graphengine.descriptions.sdf.sdf_values import SdfError
+from graphengine.descriptions.shapes import Mesh
 from graphengine.descriptions.urdf import urdf_reader
 from graphengine.descriptions.xacro import absent_packages, dom, xacro
 from graphengine.descriptions.xacro.xacro_macros import robot_macros
@@ -56,14 +60,15 @@ def parsed(text: str) -> tuple[Any, Findings]:
     return xml.parse(text.encode(), "a.xml", findings, "S103"), findings
 
 
-@limit("descriptions.urdf.urdf_reader.MAX_LINKS", at=3)
+@limit("descriptions.link_tree.MAX_LINKS", at=3)
 def _(links: int) -> bool:
     elements = "".join(f'<link name="l{number}"/>' for number in range(links))
     root, findings = parsed(f"<robot>{elements}</robot>")
-    return len(list(urdf_reader._named(root, "link", findings))) == links and not findings.items
+    made = [Link(element.get("name"), element, None, ()) for element in root.children]
+    return len(link_tree._by_name(made, "link", findings)) == links and not findings.items
 
 
-@limit("descriptions.urdf.shapes.MAX_COLOUR", step=1e30)
+@limit("descriptions.shapes.MAX_COLOUR", step=1e30)
 def _(red: float) -> bool:
     root, findings = parsed(f'<robot><material name="m"><color rgba="{red!r} 0 0 1"/></material></robot>')
     urdf_reader.check_numbers(root.children[0], findings)
@@ -286,7 +291,7 @@ def _(number: float) -> bool:
 
 @limit("bringup.robots.gazebo_sensors.MAX_SENSORS", at=2)
 def _(sensors: int, folder: Path) -> bool:
-    many = [sensor("imu_link", "gps", "", name=f"s{number}") for number in range(sensors)]
+    many = [sensor("imu_link", min(NO_LIKE), "", name=f"s{number}") for number in range(sensors)]
     return "sensors after the first" not in str(remarks(folder, "lost", *many))
 
 
@@ -322,7 +327,7 @@ def _(triangles: int) -> bool:
     loose = [corners[[0, 1, 2]] + (0, 0, 5 + number) for number in range(triangles - 8)]
     faces = np.concatenate([solid, solid + 5, *[[one] for one in loose]]).astype("<f4")
     rows = b"".join(bytes(12) + face.tobytes() + bytes(2) for face in faces)
-    writer, mesh = GeomWriter.__new__(GeomWriter), parsed('<mesh filename="a.stl"/>')[0]
+    writer, mesh = GeomWriter.__new__(GeomWriter), Mesh("a.stl", (1.0, 1.0, 1.0), parsed("<mesh/>")[0])
     data = bytes(80) + len(faces).to_bytes(4, "little") + rows
     writer.library, writer.findings = SimpleNamespace(assets={"a.stl": data}), Findings()  # type: ignore[assignment]
     return len(writer._plates(SimpleNamespace(key="a.stl"), mesh)) == triangles  # type: ignore[arg-type]

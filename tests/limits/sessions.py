@@ -177,9 +177,7 @@ def _(robots: int, folder: Path) -> bool:
     for number in range(robots):
         (folder / f"{number}.urdf").touch()
     files = SimpleNamespace(may_read=lambda path: True, base=folder / "package")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(resources, "_places", lambda scene: (files, folder))
-        return len(resources.spawnables(None, [])[0]) == robots  # type: ignore[arg-type]
+    return len(resources.spawnables(files, folder, [])[0]) == robots  # type: ignore[arg-type]
 
 
 # recording

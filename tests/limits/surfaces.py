@@ -13,6 +13,7 @@ import numpy as np
 
 import graphengine as ge
 from graphengine.api import video
+from graphengine.api.remote_robot import RemoteState
 from graphengine.bringup.navigation.true_poses import TruePoses
 from graphengine.cli import import_graph, import_report, log_output, replay
 from graphengine.cli.import_urdf import check_source
@@ -48,11 +49,10 @@ from tests.limits.table import accepts, limit
 @limit("bringup.navigation.true_poses.MAX_SAMPLES", at=4)
 def _(samples: int) -> bool:
     poses = TruePoses.__new__(TruePoses)
-    poses._times, poses._poses, poses._lock, poses._namespace = [], [], threading.Lock(), "bot"
-    robot = {"name": "bot", "namespace": "bot", "position": (0.0, 0.0, 0.0), "orientation": (0.0, 0.0, 0.0, 1.0)}
+    poses._times, poses._poses, poses._lock = [], [], threading.Lock()
     for time in range(samples):
-        state = {"time": time, "state": "playing", "robots": [robot]}
-        poses._client = SimpleNamespace(ask=lambda name, state=state: state)  # type: ignore[assignment]
+        state = RemoteState(float(time), False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+        poses._robot = SimpleNamespace(state=lambda state=state: state)  # type: ignore[assignment]
         poses._sample()
     return len(poses._times) == samples
 
@@ -86,7 +86,7 @@ def _(notes: int) -> bool:
 
 @limit("cli.import_report.LONGEST")
 def _(remarks: int) -> bool:
-    return "more" not in str(import_report._some("lost", ["a"] * remarks, [""] * remarks))
+    return "more" not in str(import_report._some("lost", [("a", "")] * remarks))
 
 
 @limit("cli.import_urdf.LONGEST_WAIT")

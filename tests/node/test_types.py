@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.node import types
@@ -285,32 +284,3 @@ def test_an_address_is_no_buffer(address: Any) -> None:
 def test_a_pointer_goes_into_a_pointer_and_into_nothing_that_counts() -> None:
     assert conversion(POINTER, POINTER) == conversion(POINTER, types.ANY) == ""
     assert conversion(POINTER, concrete("double")) is conversion(POINTER, concrete("int64")) is None
-
-
-# Printed values
-
-
-def digits(number: float) -> int:
-    """The significant decimal digits of a number's text."""
-    return len(Decimal(repr(number)).normalize().as_tuple().digits)
-
-
-@example([999999995904.0])
-@given(st.lists(st.floats(width=32, allow_nan=False)))
-def test_a_float_is_printed_by_the_shortest_decimal_that_reads_back_as_the_same(numbers: list[float]) -> None:
-    values = np.array(numbers, np.float32)
-    printed = types.listed(values)
-    assert np.array(printed, np.float32).tolist() == values.tolist()
-    assert all(digits(one) <= digits(float(other)) for one, other in zip(printed, values, strict=True))
-
-
-def test_every_half_is_printed_by_a_decimal_that_reads_back_as_the_same() -> None:
-    halves = np.arange(2**16, dtype=np.uint16).view(np.float16)
-    assert np.array_equal(np.array(types.listed(halves), np.float16), halves, equal_nan=True)
-
-
-def test_other_values_are_printed_as_they_are() -> None:
-    assert types.listed(np.array([0.1 + 0.2])) == [0.1 + 0.2]
-    assert types.listed(np.float32(0.45)) == 0.45
-    assert types.listed(np.array([[1, 2], [3, 4]])) == [[1, 2], [3, 4]]
-    assert types.listed(("a", 1.5)) == ("a", 1.5)

@@ -11,10 +11,12 @@ import yaml
 from graphengine.compiler.registry import default_registry, short_names
 from graphengine.devices.camera import CameraStub
 from graphengine.devices.contact import ContactSensorStub
+from graphengine.devices.force_torque import ForceTorqueStub
 from graphengine.devices.holonomic_wheels import HolonomicWheel
 from graphengine.devices.imu import ImuStub
 from graphengine.devices.lidar import LidarStub
 from graphengine.devices.light_beam import LightBeamStub
+from graphengine.devices.navsat import NavSatStub
 from graphengine.devices.radar import RadarStub
 from graphengine.devices.range import RangeSensorStub
 from graphengine.devices.raycast import RaycastSensorStub
@@ -193,6 +195,8 @@ NEEDED: dict[str, dict[str, Any]] = {
     "ROS2ActionServerResult": {**FIBONACCI, "server_handle": 2},
     "ROS2GripperCommand": {"target_prim": "/robot", "joint_name": "left"},
     "ROS2SubscribeTransformTree": {"frame_names_map": ["/robot", "base_link"]},
+    "ForceTorquePublisher": {"force_torque_prim": "/robot/Geometry/arm/hand/Wrist"},
+    "NavSatPublisher": {"nav_sat_prim": "/robot/Geometry/base_link/NavSat"},
     "RangePublisher": {"range_prim": "/robot/Geometry/base_link/Range"},
     "SurfaceGripper": {"surface_gripper": "/robot/Geometry/base_link/Cup"},
     "WriteVariable": {"variable_name": "speed", "value_in": 2.0},
@@ -236,6 +240,12 @@ def surroundings() -> RecordingContext:
     context.world.add_device(ImuStub, "/robot/Geometry/base_link/Imu")
     context.world.add_device(ContactSensorStub, "/robot/Geometry/base_link/Contact")
     context.world.add_device(RangeSensorStub, "/robot/Geometry/base_link/Range").measure(1.0)
+    for path in ("/robot/Geometry/arm", "/robot/Geometry/arm/hand"):
+        context.world.stage.add(path, "link")
+    context.world.add_device(ForceTorqueStub, "/robot/Geometry/arm/hand/Wrist").measure(
+        (1.0, 2.0, 3.0), (4.0, 5.0, 6.0)
+    )
+    context.world.add_device(NavSatStub, "/robot/Geometry/base_link/NavSat").measure(47.4, 8.5, 400.0)
     for stub, name in ((RaycastSensorStub, "Rays"), (LightBeamStub, "Beam"), (SurfaceGripperStub, "Cup")):
         context.world.add_device(stub, f"{LINK}/{name}")
     context.world.stage.add("/robot/Physics/left", "joint", facts={"joint": "left"})

@@ -35,7 +35,7 @@ def test_a_reading_of_rays_is_handed_on_flat_and_a_stop_clears_it(context: Recor
 def test_a_reading_of_beams_is_handed_on_and_a_stop_clears_it(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     sensor = context.world.add_device(LightBeamStub, "/robot/Beam")
-    sensor.measured = BeamReading(np.array([True, False]), np.array([1.5, 100.0]), ROWS, ROWS + 10, ROWS + 20)
+    sensor.measured = BeamReading(0.5, np.array([True, False]), np.array([1.5, 100.0]), ROWS, ROWS + 10, ROWS + 20)
     node = computed(IsaacReadLightBeam, context, lightbeam_prim="/robot/Beam")
     assert (node.num_rays, node.beam_hit_data.tolist()) == (2, [True, False])
     assert node.linear_depth_data.tolist() == [1.5, 100.0]

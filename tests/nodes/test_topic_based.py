@@ -84,7 +84,7 @@ def element(folder: Path) -> str:
     write(folder, arm_scene.files())
     robot = load_robot_file(folder / "arm.yaml", Files.of(folder / "arm.yaml"), Findings())
     assert robot is not None
-    return topic_based.block("arm", list(robot.urdf.joints.values()), robot.starts)
+    return topic_based.block("arm", list(robot.description.joints.values()), robot.starts)
 
 
 class Connected:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.api.pictures import write_png
 from graphengine.physics.occupancy.occupancy_map import OCCUPIED, OccupancyMap
 
@@ -33,7 +34,7 @@ Points = list[tuple[float, float]]
 def draw(path: Path) -> None:
     """Write the picture."""
     scene = ge.load("dd100_hall", rays="mujoco")
-    floor = ge.bringup.occupancy_map(scene)
+    floor = bringup.occupancy_map(scene)
     with scene.session() as sim:
         driven = _drive(sim)
         (topic,) = (claim.topic for claim in scene.topics if claim.message_type.endswith("/LaserScan"))

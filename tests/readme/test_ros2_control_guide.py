@@ -89,7 +89,7 @@ def test_the_graphs_have_the_topics_of_the_element(play: Player) -> None:
     assert f'<param name="joint_commands_topic">{topics["subscribe"]}</param>' in XML
     robot = load_robot_file(play.folder / "arm.yaml", Files.of(play.folder / "arm.yaml"), Findings())
     assert robot is not None
-    assert topic_based.block("arm", list(robot.urdf.joints.values()), robot.starts).startswith(XML)
+    assert topic_based.block("arm", list(robot.description.joints.values()), robot.starts).startswith(XML)
 
 
 def test_the_controllers_command_the_interfaces_of_the_element() -> None:

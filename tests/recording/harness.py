@@ -17,7 +17,6 @@ from mcap.writer import CompressionType, Writer
 
 from graphengine.format.files import find_file
 from graphengine.messages import messages
-from graphengine.node.dropped_values import BadValues
 from graphengine.recording.marks import Marks
 from graphengine.recording.player import RecordingPlayer
 from graphengine.recording.reader import Recording
@@ -28,7 +27,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
-from graphengine.scene.loaded_scene import Options
+from graphengine.scene.loaded_scene import BadValues, Options
 from tests.jobs import crowd
 from tests.jobs.harness import Recorder as Listener
 from tests.jobs.harness import twist

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import graphengine as ge
 from graphengine import CheckError, Scene, Session, Subscription, load
+from graphengine.devices.lidar import Scan
 from graphengine.messages.messages import LaserScan, Odometry, Twist, Vector3
 from graphengine.testing import session, session_fixture
 
@@ -45,6 +46,14 @@ def drive(sim: Session) -> float:
     robot = sim.robots["dd100"]
     robot.command(positions={"shoulder": 0.5}, efforts=np.zeros(2))
     robot.command(velocities=[5.0, 5.0], joints=["left", "right"])
+    robot.reset(joints={"shoulder": 0.0}, position=(1.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), keyframe="home")
+    robot.reset(position=(1.0, 0.0))  # error: arg-type reportArgumentType
+    lidar: ge.RobotSensor = robot.sensors["sim_lidar"]
+    sample: Scan | None = lidar.sample()
+    nearest = float(sample.points[:, 0].min()) if sample is not None else sim.time
+    kinds: list[str] = [sensor.kind + sensor.prim_path for sensor in robot.sensors.values()]
+    lidar.smaple()  # error: attr-defined reportAttributeAccessIssue
+    _ = (nearest, kinds)
     robot.command(velocities=5.0)  # error: arg-type reportArgumentType
     robot.command(torques={"shoulder": 0.5})  # error: call-arg reportCallIssue
     x: float = sim.robots["dd100"].joints["front_left_wheel_joint"].position
@@ -61,7 +70,31 @@ def drive(sim: Session) -> float:
 
 with scene.session(seed=3, record="out.mcap", force=True) as started, session("dd100_flat") as other:
     drive(started if started.time else other)
+robots = {"arm": {"use": "arm.yaml", "position": [0, 0, 0]}}
+scenes: list[Scene] = [load({"scene": "s", "world": "w.xml", "robots": robots}, folder="."), load(text="graph: g")]
+load(3)  # error: arg-type reportArgumentType
 fixture = session_fixture("dd100_flat", scope="module")
+
+
+def make() -> ge.gym.SceneEnv:
+    """An environment whose reward is the distance, m."""
+    return ge.gym.SceneEnv(
+        scene,
+        action=[ge.gym.BaseVelocity("/dd100_0000/cmd_vel"), ge.gym.JointTargets("dd100", "velocities", ["left"])],
+        observation={"pose": ge.gym.Observation("/dd100_0000/odom.pose", low=[-1.0], high=5)},
+        reward=lambda env: env.sim.robots["dd100"].pose.position[0],
+        at_reset=lambda env: env.sim.move("dd100", position=(1, 2)),
+    )
+
+
+observation, reward, terminated, truncated, info = make().step(np.zeros(3, np.float32))
+total: float = reward
+ended: bool = terminated or truncated
+envs = ge.gym.make_vec(make, 2)
+ge.gym.make_vec(make(), 2)  # error: arg-type reportArgumentType
+ge.gym.SceneEnv(scene, reward=lambda env: 0.0)  # error: call-arg reportCallIssue
+ge.gym.JointTargets("dd100", "torques")  # error: arg-type reportArgumentType
+_ = ge.gym.SceneEnvironment  # error: attr-defined reportAttributeAccessIssue
 scene.session(transprot="dds")  # error: call-arg reportCallIssue
 scene.session(bad_values="keep")  # error: arg-type reportArgumentType
 _ = ge.laod  # error: attr-defined reportAttributeAccessIssue

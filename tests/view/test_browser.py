@@ -59,6 +59,8 @@ def test_the_page_shows_the_run_and_controls_it() -> None:
         page.click('[data-node="SubscribeTwist"]')
         velocity = 'tr[data-port="SubscribeTwist.outputs:linearVelocity"] .value'
         until(page, f"document.querySelector('{velocity}').textContent.startsWith('(0.5')")
+        begin = seconds(page)
+        assert eventually(lambda: seconds(page) > begin + 1.0, lambda: page.wait_for_timeout(50))  # it drives meanwhile
         page.keyboard.up("w")
         until(page, f"document.querySelector('{velocity}').textContent.startsWith('(0,')")
 

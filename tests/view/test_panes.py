@@ -14,10 +14,8 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 
 import graphengine as ge
 from graphengine.cli import main as graphrun
-from graphengine.node.dropped_values import DroppedValues
 from graphengine.testing import session
 from graphengine.view.live_topics import LiveTopics
-from graphengine.view.node_problems import NodeProblems
 from tests.api import nodes_for_api
 from tests.view.harness import HOSTILE, Viewer, viewed, write_lab
 
@@ -86,14 +84,6 @@ def test_a_page_shows_the_problems_from_before_it_was_opened(failing: Path) -> N
         sim.run(2.0)
         found = viewed(sim, lambda viewer: viewer.wait("problems", lambda told: told))
     assert [path.rpartition("/")[2] for path in found] == ["Fails"]
-
-
-def test_problems_of_the_nodes_of_removed_graphs_are_forgotten() -> None:
-    problems = NodeProblems(DroppedValues({"/first/g/A": 2, "/second/g/A": 1}))
-    problems.add("/first/g/B", "broken")
-    problems.add("/second/g/B", "broken")
-    problems.keep(["/first/g", "/first/gg"])
-    assert list(problems.all()) == ["/first/g/B", "/first/g/A"]
 
 
 def test_the_error_that_ends_a_run_is_told_and_so_is_the_end(failing: Path) -> None:

@@ -11,7 +11,7 @@ from graphengine.api.scene import Scene
 from graphengine.api.session import Session
 from graphengine.bringup.calibration.drive_recorder import DriveRecorder
 from graphengine.bringup.calibration.figures import Twist
-from graphengine.bringup.calibration.robot_interface import COMMAND_TYPES
+from graphengine.bringup.calibration.robot_interface import COMMAND_TYPES, claims_of
 from graphengine.bringup.calibration.wheel_geometry import WheelMeter
 from graphengine.format.wording import listing
 
@@ -28,7 +28,7 @@ def no_command(scene: Scene, alone: Scene) -> str:
     """
     names = ", ".join(COMMAND_TYPES).replace("/msg/", "/")
     text = f"no command topic: no graph of the robot file subscribes to {names}"
-    if any(claim.direction == "subscribe" and claim.message_type in COMMAND_TYPES for claim in scene.topics):
+    if claims_of(scene.topics, "subscribe", *COMMAND_TYPES):
         return f"{text}; graphs of the scene are not run: list the graph below `graphs:` of the robot file"
     if not alone.graphs:
         return f"{text}; the robot file has no graphs"

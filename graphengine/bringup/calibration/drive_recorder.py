@@ -15,7 +15,7 @@ from graphengine.api.topics import Publication, Subscription
 from graphengine.bringup.calibration.figures import Floats, Twist
 from graphengine.bringup.calibration.robot_interface import CommandTopic
 from graphengine.devices.motion import Frame
-from graphengine.devices.rotation import Pose, yaw_of
+from graphengine.devices.rotation import Pose, tilt_of, yaw_of
 
 PERIOD = 0.05
 """Time between two command messages, s."""
@@ -186,14 +186,8 @@ def _planar(pose: Pose) -> tuple[float, float, float]:
 def _check_upright(base: Pose) -> None:
     if base[0][2] < BELOW:
         raise FallenError("the robot falls through the floor: none of its links has a collider that rests on the floor")
-    if _tilt(base) > FALLEN:
+    if tilt_of(base[1]) > FALLEN:
         look = "check its centre of mass, its supports, and the acceleration limits of its controller"
         raise FallenError(
             f"the robot falls over: its base link tilts by more than {math.degrees(FALLEN):.0f} deg; {look}"
         )
-
-
-def _tilt(pose: Pose) -> float:
-    """Return the angle between the z axis of a pose and the vertical, rad."""
-    _, (x, y, _, _) = pose
-    return 2.0 * math.asin(min(1.0, math.hypot(x, y)))

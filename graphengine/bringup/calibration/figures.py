@@ -266,7 +266,7 @@ class ImuNoise:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Measurements of a robot in test drives on a flat floor; `Scene.calibrate` returns them.
+    """Measurements of a robot in test drives on a flat floor; `calibrate` returns them.
 
     Attributes:
         robot: name of the robot in its scene.

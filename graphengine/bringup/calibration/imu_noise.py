@@ -11,6 +11,7 @@ from graphengine.api.session import Session
 from graphengine.api.topics import Subscription
 from graphengine.bringup.calibration.drive_recorder import REST, STILL, DriveRecorder
 from graphengine.bringup.calibration.figures import Floats, ImuNoise
+from graphengine.messages import messages
 
 LARGEST_RATE = 10_000
 """Highest message rate of an IMU, Hz, at which all messages are evaluated; at higher rates, the oldest messages are left out."""
@@ -27,32 +28,23 @@ def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds:
     return tuple(imu for imu in found if imu is not None)
 
 
-def _noise(subscription: Subscription[Any], seconds: float) -> ImuNoise | None:
-    messages = subscription.messages
-    if len(messages) < 2:
+def _noise(subscription: Subscription[Any], duration: float) -> ImuNoise | None:
+    received = subscription.messages
+    if len(received) < 2:
         return None
-    stamped = _stamp(messages[-1]) - _stamp(messages[0])
+    stamped = messages.seconds(received[-1].header.stamp) - messages.seconds(received[0].header.stamp)
     gyro, acceleration = (
-        np.array([_components(getattr(message, name)) for message in messages])
+        np.array([[getattr(getattr(one, name), axis) for axis in "xyz"] for one in received], dtype=float)
         for name in ("angular_velocity", "linear_acceleration")
     )
     return ImuNoise(
         subscription.topic,
-        (len(messages) - 1) / (stamped if stamped > 0.0 else seconds),  # a graph may leave stamps at 0
+        (len(received) - 1) / (stamped if stamped > 0.0 else duration),  # a graph may leave stamps at 0
         _largest_deviation(gyro),
         float(np.linalg.norm(gyro.mean(axis=0))),
         _largest_deviation(acceleration),
         float(np.linalg.norm(acceleration.mean(axis=0))),
     )
-
-
-def _stamp(message: Any) -> float:
-    stamp = message.header.stamp
-    return float(stamp.sec + 1e-9 * stamp.nanosec)
-
-
-def _components(vector: object) -> tuple[float, ...]:
-    return tuple(float(getattr(vector, axis)) for axis in "xyz")
 
 
 def _largest_deviation(samples: Floats) -> float:

@@ -22,18 +22,22 @@ SMOOTHING = 0.1
 def increments(path: Floats) -> Floats:
     """Return the motion between successive rows in the frame of the moving body: forward and left (m), and turn (rad)."""
     steps = np.diff(path, axis=0)
-    yaw = path[:-1, 2] + steps[:, 2] / 2.0
+    return _turned(steps, -(path[:-1, 2] + steps[:, 2] / 2.0))
+
+
+def _turned(poses: Floats, yaw: Floats | float) -> Floats:
+    """Rotate the positions of poses about the origin by a yaw, rad; the yaws of the poses do not change.
+
+    Poses have x, y (m) and yaw (rad) along the last axis.
+    """
+    x, y, turn = poses.T
     cosine, sine = np.cos(yaw), np.sin(yaw)
-    return np.column_stack(
-        (cosine * steps[:, 0] + sine * steps[:, 1], cosine * steps[:, 1] - sine * steps[:, 0], steps[:, 2])
-    )
+    return np.stack((cosine * x - sine * y, sine * x + cosine * y, turn), axis=-1)
 
 
 def displacement(path: Floats) -> Floats:
     """Return the last pose of a path in the frame of the first pose: x, y (m) and yaw (rad)."""
-    x, y, turn = path[-1] - path[0]
-    cosine, sine = math.cos(path[0, 2]), math.sin(path[0, 2])
-    return np.array((cosine * x + sine * y, cosine * y - sine * x, turn))
+    return _turned(path[-1] - path[0], -path[0, 2])
 
 
 def mean_velocity(trace: Trace) -> Twist:
@@ -108,13 +112,8 @@ def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
         for _ in range(count):
             x, y, yaw = rows[-1]
             middle = yaw + twist.yaw * step / 2.0
-            rows.append(
-                (
-                    x + step * (twist.x * math.cos(middle) - twist.y * math.sin(middle)),
-                    y + step * (twist.x * math.sin(middle) + twist.y * math.cos(middle)),
-                    yaw + twist.yaw * step,
-                )
-            )
+            ahead, aside, turn = _turned(np.array([twist.x, twist.y, twist.yaw]), middle)
+            rows.append((x + step * ahead, y + step * aside, yaw + step * turn))
     return np.array(rows)
 
 
@@ -130,11 +129,7 @@ def in_first_frame(path: Floats) -> Floats:
     known = path[np.isfinite(path).all(axis=1)]
     if not len(known):
         return np.zeros((0, 3))
-    cosine, sine = math.cos(known[0, 2]), math.sin(known[0, 2])
-    moved = known - known[0]
-    return np.column_stack(
-        (cosine * moved[:, 0] + sine * moved[:, 1], cosine * moved[:, 1] - sine * moved[:, 0], moved[:, 2])
-    )
+    return _turned(known - known[0], -known[0, 2])
 
 
 def share(twist: Twist, reached: Twist) -> float:

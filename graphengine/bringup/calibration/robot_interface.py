@@ -78,11 +78,7 @@ def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> Command
     Raises:
         UsageError: several topics command the robot and `wanted` is None, or `wanted` matches no topic or several topics.
     """
-    found = {
-        claim.topic: claim.message_type
-        for claim in claims
-        if claim.direction == "subscribe" and claim.message_type in COMMAND_TYPES
-    }
+    found = {claim.topic: claim.message_type for claim in claims_of(claims, "subscribe", *COMMAND_TYPES)}
     if wanted is not None:
         meant = [topic for topic in found if topic == wanted] or [
             topic for topic in found if topic.endswith(f"/{wanted.lstrip('/')}")
@@ -100,7 +96,12 @@ def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> Command
 
 def published(claims: Sequence[EndpointClaim], message_type: str) -> list[str]:
     """Return the topics of a type that the robot's graphs publish, sorted by name."""
-    return sorted({c.topic for c in claims if c.direction == "publish" and c.message_type == message_type})
+    return sorted({claim.topic for claim in claims_of(claims, "publish", message_type)})
+
+
+def claims_of(claims: Iterable[EndpointClaim], direction: str, *message_types: str) -> list[EndpointClaim]:
+    """Return the endpoints with a direction, such as `publish`, and one of the message types."""
+    return [claim for claim in claims if claim.direction == direction and claim.message_type in message_types]
 
 
 def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, str, Any]]:
@@ -122,15 +123,15 @@ def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, 
 
 def limit_of(scene: Scene, *names: str) -> float:
     """Return the lowest absolute value of all inputs with these names. 0 means no limit; without limits, return infinity."""
-    return min(_numbers(scene, *names), default=math.inf)
+    return min((number for *_, number in numbers_named(loaded_of(scene).planned, *names)), default=math.inf)
 
 
 def known_wheel_base(scene: Scene) -> float | None:
     """Return the absolute value of the first nonzero input `wheelBase` in the graphs, m; None if there is no such input."""
-    return next(_numbers(scene, "wheelBase"), None)
+    return next((number for *_, number in numbers_named(loaded_of(scene).planned, "wheelBase")), None)
 
 
-def _numbers(scene: Scene, *names: str) -> Iterator[float]:
-    """Yield the absolute values of the inputs with these names, without zeros; arrays are flattened."""
-    for *_, value in inputs_named(loaded_of(scene).planned, *names):
-        yield from (abs(float(one)) for one in np.atleast_1d(value) if one)
+def numbers_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, str, float]]:
+    """Yield the inputs of `inputs_named`, one per number: arrays are flattened, values are absolute, and zeros are left out."""
+    for graph, instance, name, value in inputs_named(graphs, *names):
+        yield from ((graph, instance, name, abs(float(one))) for one in np.atleast_1d(value) if one)

@@ -12,8 +12,8 @@ from graphengine.bringup.calibration.drive_recorder import Trace
 from graphengine.bringup.calibration.figures import DrivenWheel, Floats, Motion
 from graphengine.bringup.calibration.measuring import increments, mean
 from graphengine.bringup.calibration.omni_geometry import base_motion, is_oblique, rolling_directions, rolling_radii
-from graphengine.descriptions.urdf.rollers import rollers_of
-from graphengine.descriptions.urdf.urdf import TURNING, track
+from graphengine.descriptions.robot_description import TURNING, track
+from graphengine.descriptions.rollers import rollers_of
 from graphengine.physics.model.robot import RobotInstance, wheel_shapes
 
 SLOWEST = 0.05
@@ -45,8 +45,8 @@ class WheelMeter:
         self._straight_angles: Floats = np.zeros(len(self._names))
         self._samples: list[tuple[Floats, Floats]] = []
         """Motion of the base (forward, left, m; turn, rad) and of the joints (rad) in each test drive."""
-        self._axes = robot.urdf.axes_in_root()
-        self._on_rollers = rollers_of(robot.urdf).keys()
+        self._axes = robot.description.axes_in_root()
+        self._on_rollers = rollers_of(robot.description).keys()
 
     @staticmethod
     def described_wheel_base(robot: RobotInstance) -> float | None:
@@ -122,15 +122,15 @@ class WheelMeter:
     def _may_steer(self, index: int) -> bool:
         name = self._names[index]
         is_wheel = index in self._wheels or name in self._robot.wheel_radii
-        return not is_wheel and self._robot.urdf.joints[name].type != "prismatic"
+        return not is_wheel and self._robot.description.joints[name].type != "prismatic"
 
     def _is_steered(self, index: int) -> bool:
         """Return whether the wheel is mounted on another revolute joint, which may steer it.
 
         Prismatic joints do not count, because they are suspensions.
         """
-        urdf = self._robot.urdf
-        above = urdf.carriers(urdf.joints[self._names[index]].parent)
+        description = self._robot.description
+        above = description.carriers(description.joints[self._names[index]].parent)
         return any(carrier.type in TURNING and carrier.name in self._names for carrier in above)
 
     def _radius(self, index: int) -> float:
@@ -250,8 +250,8 @@ class WheelMeter:
         return self._robot.wheel_radii.get(self._names[index], math.nan)
 
     def _described_track(self, *, omni: bool) -> float | None:
-        joints = [self._robot.urdf.joints[self._names[index]] for index in self._offsets]
-        distance = track(self._robot.urdf.wheels(joints, wheel_shapes(self._robot.spec)))
+        joints = [self._robot.description.joints[self._names[index]] for index in self._offsets]
+        distance = track(self._robot.description.wheels(joints, wheel_shapes(self._robot.spec)))
         if distance is None or not omni:
             return distance
         return distance + _length(self._robot, [joint.name for joint in joints])
@@ -270,7 +270,7 @@ class WheelMeter:
 
 def _place(robot: RobotInstance, joint: str) -> tuple[float, float, float]:
     """Return the position of a wheel's link in the frame of the root link, m."""
-    return robot.urdf.pose_in_root(robot.urdf.joints[joint].child)[0]
+    return robot.description.pose_in_root(robot.description.joints[joint].child)[0]
 
 
 def _length(robot: RobotInstance, joints: Iterable[str]) -> float:

@@ -57,12 +57,8 @@ class Change:
     new: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """The place in a file that sets the value of an input."""
-
-    document: Document
-    location: Location
+_Place = tuple[Document, Location]
+"""A file, and the keys and indices that lead to the value of an input in it."""
 
 
 def write_figures(scene: Scene, calibration: Calibration) -> tuple[list[Change], list[str]]:
@@ -110,9 +106,10 @@ def write_input(scene: Scene, robot: str, name: str, value: float, comment: str)
     for graph, instance, _, _ in inputs_named(loaded_of(scene).planned, name):
         place = _find_place(graph, instance, name, None, file) if graph.name.partition("/")[0] == robot else None
         if place is not None:
-            path = Path(place.document.source.path)
+            document, location = place
+            path = Path(document.source.path)
             try:
-                text = set_value(path.read_bytes().decode("utf-8-sig"), place.location, value, comment)
+                text = set_value(path.read_bytes().decode("utf-8-sig"), location, value, comment)
             except PatchError:
                 continue
             write_together({path: text.encode()})
@@ -134,7 +131,7 @@ def find_changes(scene: Scene, calibration: Calibration) -> tuple[list[Change], 
         if new < LEAST:
             continue
         place = _find_place(graph, instance, name, index, file)
-        if place is not None and (value := place.document.find(*place.location)) is not None:
+        if place is not None and (value := place[0].find(*place[1])) is not None:
             old = float(value.data)  # an override of `--set` is not in the file
         if abs(new - old) <= SAME * abs(new):
             continue
@@ -143,9 +140,9 @@ def find_changes(scene: Scene, calibration: Calibration) -> tuple[list[Change], 
         if place is None:
             notes.append(f"{label}: not written, as the file does not set it to one number; measured {new:.5g}")
             continue
-        path = Path(place.document.source.path)
-        change = Change(path, place.location, label, name, old, float(f"{new:.5g}"))
-        first = changes.setdefault((path, place.location), change)
+        document, location = place
+        change = Change(Path(document.source.path), location, label, name, old, float(f"{new:.5g}"))
+        first = changes.setdefault((change.path, location), change)
         if first.new != change.new:
             notes.append(f"{label}: not written, as it shares its value with {first.node}; measured {new:.5g}")
     turns = [motion.share for motion in calibration.motions if motion.kind == "turn"]
@@ -215,7 +212,7 @@ def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, 
         return None
     location: Location = (*entry.location, "inputs", key or name)
     if key is None:
-        return _Place(entry.document, location)
+        return entry.document, location
     levels = instance.id.split("/")
     return _lead_out(entry.document, location, index, graph, levels[:-1], file)
 
@@ -241,7 +238,7 @@ def _lead_out(
     if isinstance(data, list) and index is not None and index < len(data):
         return _lead_out(document, (*location, index), None, graph, around, file)
     if isinstance(data, int | float) and not isinstance(data, bool):
-        return _Place(document, location)
+        return document, location
     parameter = _PARAMETER.fullmatch(data) if isinstance(data, str) else None
     if parameter is None or len(around) > 1:
         return None
@@ -254,10 +251,10 @@ def _lead_out(
     holder = file.document(*given)
     value = holder.find(*given)
     if value is None:  # the graph's default applies; a file cannot override one element of a default array
-        return _Place(file.document(*use, "use"), given) if index is None else None
+        return (file.document(*use, "use"), given) if index is None else None
     if isinstance(value.data, list) and index is not None:
-        return _Place(holder, (*given, index))
-    return _Place(holder, given) if isinstance(value.data, int | float) else None
+        return holder, (*given, index)
+    return (holder, given) if isinstance(value.data, int | float) else None
 
 
 def _ships(scene: Scene, change: Change) -> bool:

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from graphengine.bringup.maps.scan_casting import PlanarLidar
-from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
+from graphengine.descriptions.engine import body_names, collides
+from graphengine.devices.rotation import relative, tilt_of, yaw_of
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
@@ -44,16 +45,15 @@ def robot_lidar(
         raise UsageError(f"there is no robot {name!r}; {listing(robots)}")
     prim = _lidar(world.stage, robots[name], lidar)
     base = world.stage.find(world.stage.find(robots[name].prim_path).facts["base_link"])
-    turn = _rotation(world, base).T @ _rotation(world, prim)
-    facts = prim.facts
+    _, turn = relative(world.frame(base).pose(), world.frame(prim).pose())
+    tilt, facts = tilt_of(turn), prim.facts
     elevation = min(facts["elevations"], key=abs)
-    if math.acos(min(1.0, abs(float(turn[2, 2])))) + abs(elevation) > LEVEL:
+    if min(tilt, math.pi - tilt) + abs(elevation) > LEVEL:
         raise UsageError(
             f"{prim.path}: the beams are not level, so they cannot be compared with a map; choose another lidar"
         )
     first, last, step = facts["angles"]
-    ahead = math.atan2(float(turn[1, 0]), float(turn[0, 0]))
-    begin = ahead + (first if turn[2, 2] > 0 else -last)  # an inverted lidar scans clockwise
+    begin = yaw_of(turn) + (first if tilt < math.pi / 2 else -last)  # an inverted lidar scans clockwise
     field = last - first
     near, far = facts["ranges"]
     whole = math.tau if field + step > math.tau - 1e-6 else field
@@ -76,13 +76,6 @@ def _lidar(stage: Stage, robot: RobotInstance, path: str | None) -> Prim:
             f"{robot.name} has no lidar; add one to its robot file, for example sensors: {{lidar: {{type: lidar}}}}"
         )
     raise UsageError(f"{robot.name} has {len(lidars)} lidars; choose one: {', '.join(prim.path for prim in lidars)}")
-
-
-def _rotation(world: Simulation, prim: Prim) -> Floats:
-    matrix = np.empty(9)
-    x, y, z, w = world.frame(prim).pose()[1]
-    mujoco.mju_quat2Mat(matrix, np.array([w, x, y, z]))
-    return matrix.reshape(3, 3)
 
 
 def _inscribed_radius(world: Simulation, robot: str, base: Prim) -> float:

@@ -7,11 +7,9 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
-
 from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.bringup.calibration.figures import Calibration, Kind
-from graphengine.bringup.calibration.robot_interface import inputs_named
+from graphengine.bringup.calibration.robot_interface import numbers_named
 from graphengine.bringup.nav2.sourced import NAV2, Sourced
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.descriptions.engine import body_names
@@ -166,11 +164,9 @@ class _Inputs:
     def limits(self, *names: str) -> list[Sourced[float]]:
         """Return the absolute values of the inputs with these names; values of 0 mean no limit and are left out."""
         return [
-            Sourced(abs(float(number)), f"{_place(graph, instance)}.{name}")
-            for graph, instance, name, value in inputs_named(self._graphs, *names)
+            Sourced(number, f"{_place(graph, instance)}.{name}")
+            for graph, instance, name, number in numbers_named(self._graphs, *names)
             if instance.cls.type_name in _CONTROLLERS
-            for number in np.atleast_1d(value)
-            if abs(number) > 0.0
         ]
 
     def first(self, *names: str) -> Sourced[float] | None:

@@ -14,13 +14,11 @@ from graphengine.bringup.calibration.figures import Calibration
 from graphengine.bringup.calibration.robot_interface import find_robots
 from graphengine.bringup.maps.map_files import map_files
 from graphengine.bringup.nav2.choices import Choices
-from graphengine.bringup.nav2.launch_files import fleet_launch, robot_launch
 from graphengine.bringup.nav2.motion_limits import reached
 from graphengine.bringup.nav2.nav2_parameters import Alphas, nav2_parameters
-from graphengine.bringup.nav2.readme_file import readme_file
 from graphengine.bringup.nav2.robot_facts import RobotFacts, robot_facts, unknown_covariances
-from graphengine.bringup.nav2.rviz_file import rviz_file
 from graphengine.bringup.nav2.sourced import Sourced
+from graphengine.bringup.nav2.text_files import fleet_launch, readme_file, robot_launch, rviz_file
 from graphengine.physics.occupancy.occupancy_map import MapRequest, NoObstaclesError, make_map
 
 CELL = 0.05

@@ -10,7 +10,8 @@ from graphengine.bringup.nav2.parameter_text import parameter_lines
 from graphengine.bringup.nav2.parameter_values import parameter_values
 from graphengine.bringup.nav2.robot_facts import RobotFacts
 from graphengine.bringup.nav2.sourced import Sourced
-from graphengine.bringup.nav2.templates import Facts, read
+from graphengine.bringup.nav2.text_files import TEMPLATES
+from graphengine.format.templates import Facts
 from graphengine.format.yaml_text import comment
 from graphengine.messages.distros import DISTROS
 
@@ -28,7 +29,8 @@ def nav2_parameters(robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas]
         alphas: motion noise of AMCL; None configures slam_toolbox instead of AMCL.
         scene: name of the scene, for the comment in the first line.
     """
-    template = [line for line in read("nav2_params.txt").splitlines() if not line.startswith("#")]
+    text = (TEMPLATES / "nav2_params.txt").read_text(encoding="utf-8")
+    template = [line for line in text.splitlines() if not line.startswith("#")]
     for name in reversed(list(filter(None, robot.namespace.split("/")))):
         template = [f"{name}:", *(f"  {line}" for line in template)]
     values = parameter_values(robot, choices)

@@ -21,7 +21,7 @@ from typing import Any
 import yaml
 
 from graphengine.bringup.nav2.sourced import NAV2, Sourced
-from graphengine.bringup.nav2.templates import Facts, holds
+from graphengine.format.templates import Facts, holds
 from graphengine.format.yaml_text import comment
 
 BUSY = "to tolerate a busy machine (--busy)"

@@ -14,13 +14,15 @@ from graphengine.bringup.calibration.robot_interface import (
     COMMAND_TYPES,
     ODOMETRY,
     TWIST,
+    claims_of,
 )
 from graphengine.bringup.nav2.motion_limits import MotionLimits, motion_limits
 from graphengine.bringup.nav2.scan_source import ScanSource, scan_sources
 from graphengine.descriptions.engine import Floats
-from graphengine.devices.rotation import rotate
-from graphengine.devices.stage import Prim, Stage, at_or_below
+from graphengine.devices.rotation import yaw_of
+from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import UsageError
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.physics.model.footprint import Point, circle_radius, collider_points, convex_hull, radii, simplified
@@ -95,7 +97,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
     odometry = _odometry(scene, claims, {parent for parent, _ in edges})
     if odometry is None:
         missing.append("no nav_msgs/Odometry: publish it with ROS2PublishOdometry, as graphs/wheel_odometry.yaml does")
-    base_frame = _base_frame(scene, robot, odometry, edges)
+    base_frame = _base_frame(robot, odometry, edges)
     if odometry is not None and base_frame is None:
         frame = odometry.frame_id or "odom"
         missing.append(
@@ -116,8 +118,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
         raise UsageError("\n  ".join([f"{robot.name}: Nav2 cannot drive this robot", *missing]))
     frame_prim = _frame_prim(scene, robot, base_frame)
     position, orientation = world_of(scene).simulation.frame(frame_prim).pose()
-    ahead = rotate(orientation, (1.0, 0.0, 0.0))
-    yaw = math.atan2(ahead[1], ahead[0])
+    yaw = yaw_of(orientation)
     points = _outline_points(scene, robot)
     turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
     outline = convex_hull((points[:, :2] - position[:2]) @ turn)
@@ -172,7 +173,7 @@ def _odometry(scene: Scene, claims: Sequence[EndpointClaim], parents: Set[str]) 
     def rank(claim: EndpointClaim) -> tuple[bool, bool]:
         return (claim.frame_id or "odom") not in parents, any(_nodes_without_covariances(scene, claim))
 
-    return min(_published(claims, ODOMETRY), key=rank, default=None)
+    return min(claims_of(claims, "publish", ODOMETRY), key=rank, default=None)
 
 
 def _claims_of(scene: Scene, robot: RobotInstance) -> list[EndpointClaim]:
@@ -185,13 +186,9 @@ def _claims_of(scene: Scene, robot: RobotInstance) -> list[EndpointClaim]:
     return sorted(own, key=lambda claim: (claim.topic.count("/"), claim.topic, claim.node))
 
 
-def _published(claims: Sequence[EndpointClaim], message_type: str) -> list[EndpointClaim]:
-    return [claim for claim in claims if claim.direction == "publish" and claim.message_type == message_type]
-
-
 def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointClaim | None:
     """Return the subscription that drives the robot. If no topic or several topics drive it, add an error text to `missing`."""
-    found = [one for one in claims if one.direction == "subscribe" and one.message_type in COMMAND_TYPES]
+    found = claims_of(claims, "subscribe", *COMMAND_TYPES)
     driven = [one for one in found if one.message_type != ACKERMANN]
     named = [one for one in driven if one.topic.rpartition("/")[2] == "cmd_vel"]
     topics = sorted({one.topic for one in named or driven})
@@ -212,12 +209,10 @@ def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointCla
 def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:
     """Yield the transforms, as (parent, child) frames, of the robot description, if a topic publishes the description."""
     if any(claim.topic.endswith("/robot_description") for claim in claims):
-        yield from ((joint.parent, joint.child) for joint in robot.urdf.joints.values())
+        yield from ((joint.parent, joint.child) for joint in robot.description.joints.values())
 
 
-def _base_frame(
-    scene: Scene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
-) -> str | None:
+def _base_frame(robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]) -> str | None:
     """Return a child of the odometry frame in TF, preferably the robot's base link; None if the odometry frame has no child."""
     if odometry is None:
         return None
@@ -239,7 +234,7 @@ def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
 
 def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]) -> str:
     """Return the error text for a robot without a LaserScan topic; the text says what to add, with YAML lines if possible."""
-    if clouds := _published(claims, "sensor_msgs/msg/PointCloud2"):
+    if clouds := claims_of(claims, "publish", "sensor_msgs/msg/PointCloud2"):
         return (
             f"no sensor_msgs/LaserScan: {clouds[0].topic} is a PointCloud2; publish a scan with ROS2RtxLidarHelper, type "
             "laser_scan, or with ROS2PublishLaserScan, or convert it with pointcloud_to_laserscan"

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from graphengine.api.scene import Scene, loaded_of, world_of
+from graphengine.bringup.calibration.robot_interface import claims_of
 from graphengine.compiler.graph import Graph
 from graphengine.devices.stage import Prim
 from graphengine.messages.endpoints import EndpointClaim
@@ -41,11 +42,8 @@ class ScanSource:
 def scan_sources(scene: Scene, claims: Sequence[EndpointClaim]) -> list[ScanSource]:
     """Return the LaserScan topics that the graphs publish, sorted from the widest to the narrowest field of view."""
     found: dict[str, ScanSource] = {}
-    for claim in claims:
-        if claim.direction != "publish" or claim.message_type != SCAN or claim.topic in found:
-            continue
-        prim = _lidar(scene, claim)
-        if prim is not None:
+    for claim in claims_of(claims, "publish", SCAN):
+        if claim.topic not in found and (prim := _lidar(scene, claim)) is not None:
             (first, last, _), ranges = prim.facts["angles"], prim.facts["ranges"]
             (_, _, height), _ = world_of(scene).simulation.frame(prim).pose()
             rate = claim.rate or prim.facts.get("rate", 10.0)

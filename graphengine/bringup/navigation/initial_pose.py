@@ -95,7 +95,7 @@ def give_initial_pose(transport: Transport, namespace: str, truth: TruePoses, cl
 
 def _send(writer: Writer, pose: PlanarPose, now: float) -> None:
     message = DEFINITIONS.initial(MESSAGE)
-    message.header = messages.Header(messages.stamp(now), MAP)
+    message.header = messages.header(now, MAP)
     pose.put_into(message.pose.pose)
     message.pose.covariance[[0, 7, 35]] = SPREAD * SPREAD
     writer.write(messages.encode(message))

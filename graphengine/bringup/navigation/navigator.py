@@ -72,11 +72,10 @@ class Track:
         """Add a feedback message; `now` is the simulation time of its arrival, s."""
         head = feedback.current_pose.header
         if head.frame_id:  # the first feedback of Nav2 can have no pose
-            stamp = head.stamp.sec + head.stamp.nanosec * 1e-9 or now
+            stamp = messages.seconds(head.stamp) or now
             self.poses[stamp] = PlanarPose.of(feedback.current_pose.pose)
-        left = feedback.estimated_time_remaining
         self.recoveries, self.distance = int(feedback.number_of_recoveries), float(feedback.distance_remaining)
-        self.remaining_time = left.sec + left.nanosec * 1e-9
+        self.remaining_time = messages.seconds(feedback.estimated_time_remaining)
 
     @property
     def last(self) -> PlanarPose | None:
@@ -297,7 +296,7 @@ class Navigator:
 
     def _message(self, goal: NavigationGoal) -> Any:
         message = self._definitions.initial(f"{ACTION_TYPE}_Goal")
-        message.pose.header = messages.Header(messages.stamp(self._clock()), MAP)
+        message.pose.header = messages.header(self._clock(), MAP)
         PlanarPose(goal.x, goal.y, goal.yaw).put_into(message.pose.pose)
         return message
 

@@ -1,18 +1,15 @@
-"""Samples the true pose of a robot over the control channel of the run that simulates the robot."""
+"""Samples the true pose of a robot from the run that simulates the robot."""
 
 from __future__ import annotations
 
 import bisect
 import itertools
 import math
-import os
 import threading
 import time
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from graphengine.control import runs
-from graphengine.control.client import Client, find
+from graphengine.api.remote_robot import RemoteRobot
 from graphengine.devices.rotation import yaw_of
 from graphengine.format.errors import ControlError
 
@@ -68,21 +65,20 @@ class TruePoses:
     """
 
     def __init__(self, run: str, namespace: str) -> None:
-        self.entry = _find(run, namespace.strip("/"))
-        """The entry of the run in the list of running sessions."""
         self.ended = ""
         """Reason why sampling has ended; empty while sampling continues."""
         self.paused = False
-        self._namespace = namespace.strip("/")
         self._times: list[float] = []
         self._poses: list[PlanarPose] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
-        self._client, self._name = Client(self.entry, PATIENCE), ""
+        self._robot = RemoteRobot(run, namespace, PATIENCE)
+        self.entry = self._robot.entry
+        """The entry of the run in the list of running sessions."""
         try:
             self._sample()
         except BaseException:
-            self._client.close()
+            self._robot.close()
             raise
         self._thread = threading.Thread(target=self._follow, name="true poses", daemon=True)
         self._thread.start()
@@ -133,8 +129,7 @@ class TruePoses:
     def near(self, x: float, y: float) -> list[str]:
         """Return sentences about all that stands within the reach of the robot at a position, whichever way the robot turns."""
         try:
-            with Client(self.entry, PATIENCE) as client:
-                found = client.ask("clearance", {"entity": self._name, "position": (x, y), "margin": MARGIN})["near"]
+            found = self._robot.clearance((x, y), MARGIN)
         except ControlError:  # the run ends, or is of a version without this command
             return []
         return [
@@ -147,9 +142,9 @@ class TruePoses:
     def close(self) -> None:
         """Stop sampling and end the thread; the samples remain readable."""
         self._closed.set()
-        self._client.interrupt()  # the run may never answer
+        self._robot.interrupt()  # the run may never answer
         self._thread.join()
-        self._client.close()
+        self._robot.close()
 
     def _follow(self) -> None:
         while not self._closed.wait(PERIOD):
@@ -163,16 +158,10 @@ class TruePoses:
                 return
 
     def _sample(self) -> None:
-        state: Mapping[str, Any] = self._client.ask("state")
-        robots = _robots(state)
-        if self._namespace not in robots:
-            there = ", ".join(f"/{name}" for name in robots) or "none"
-            raise ControlError(f"{self.entry} has no robot in the namespace /{self._namespace} (robots: {there})")
-        robot, now = robots[self._namespace], float(state["time"])
-        self._name = robot["name"]
-        x, y, _ = robot["position"]
-        pose = PlanarPose(x, y, yaw_of(robot["orientation"]))
-        self.paused = state["state"] == "paused"
+        state = self._robot.state()
+        (x, y, _), now = state.position, state.time
+        pose = PlanarPose(x, y, yaw_of(state.orientation))
+        self.paused = state.paused
         with self._lock:
             if self._times and now < self._times[-1]:  # a reset
                 self._times.clear()
@@ -184,28 +173,3 @@ class TruePoses:
             self._poses.append(pose)
             if len(self._times) > MAX_SAMPLES:
                 del self._times[: MAX_SAMPLES // 2], self._poses[: MAX_SAMPLES // 2]
-
-
-def _robots(state: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return the robots in the state of a run, by namespace without slashes at the ends."""
-    return {robot["namespace"].strip("/"): robot for robot in state["robots"]}
-
-
-def _find(run: str, namespace: str) -> runs.Entry:
-    """Return the run with this name or process id; if `run` is empty, the only run that has a robot in the namespace.
-
-    Raises:
-        ControlError: no run matches.
-        UsageError: several runs match.
-    """
-    there = runs.running(os.environ)
-    fitting = [entry for entry in there if _has_robot(entry, namespace)] if not run and len(there) > 1 else []
-    return fitting[0] if len(fitting) == 1 else find(run)
-
-
-def _has_robot(entry: runs.Entry, namespace: str) -> bool:
-    try:
-        with Client(entry, PATIENCE) as client:
-            return namespace in _robots(client.ask("state"))
-    except ControlError:  # the run has ended meanwhile
-        return False

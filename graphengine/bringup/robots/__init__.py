@@ -1,7 +1,8 @@
 """Imports a robot description as a robot file.
 
-- One module for each part of the file fills a `draft` from the description; `drivetrain` chooses the drives and the base's graph.
+- Each module adds entries to a `Draft` from one part of the description; `drivetrain` chooses the drives and the base's graph.
+- `base_names` and `gazebo_profiles` are tables of the names that ros2_control and Gazebo use.
 - `left_behind` lists the elements of the description that no module has used.
 - `bundle` chooses the files to copy beside the description, such as meshes.
-- `import_robot` runs all steps, renders the draft as YAML, and compiles the robot once before any file is written.
+- `import_robot` runs all steps, compiles the robot once, and has the text of the robot file written once, at the end.
 """

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from graphengine.bringup.robots.trial import trial_model, trial_spec
+from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.geoms import extents
-from graphengine.descriptions.robot_files.draft import Draft, Remark
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf
+from graphengine.descriptions.robot_description import WORLD, RobotDescription
+from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.format.wording import printable
 
 CHAIN = 3
@@ -17,29 +17,26 @@ STANDING = 0.05
 """A limb counts as a leg if it reaches down to this height (m) above the robot's lowest point, with all joints at zero."""
 
 
-def fill(draft: Draft) -> None:
+def fix_arm(draft: Draft) -> None:
     """Fix the root link of a robot that has an arm but neither wheels nor legs, and add a remark."""
-    urdf = draft.urdf
-    if draft.fixed_base or urdf.root == WORLD or _rolls(draft):
+    description = draft.description
+    rolls = bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in description.moving())
+    if draft.fixed_base or description.root == WORLD or rolls:
         return
-    depths = _depths(urdf)
-    limbs = [joint.child for joint in urdf.moving() if depths[joint.parent] == 0]
+    depths = _depths(description)
+    limbs = [joint.child for joint in description.moving() if depths[joint.parent] == 0]
     if max(depths.values()) < CHAIN or _legs(draft, limbs) > 1:
         return
     draft.fixed_base = True
     text = "the base is fixed to the world: an arm without wheels or legs would fall over; "
-    text += f"for a robot whose {urdf.root} moves, write fixed_base: false"
-    draft.guessed.append(Remark(printable(text), urdf.links[urdf.root].element.span))
+    text += f"for a robot whose {description.root} moves, write fixed_base: false"
+    draft.guess(printable(text), description.links[description.root].element.span)
 
 
-def _rolls(draft: Draft) -> bool:
-    return bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in draft.urdf.moving())
-
-
-def _depths(urdf: Urdf) -> dict[str, int]:
+def _depths(description: RobotDescription) -> dict[str, int]:
     """Return the number of moving joints between the root link and each link, by link name."""
     depths: dict[str, int] = {}
-    for link in urdf.depth_first():
+    for link in description.depth_first():
         carrier = link.carrier
         depths[link.name] = depths[carrier.parent] + carrier.moves if carrier is not None else 0
     return depths
@@ -52,9 +49,7 @@ def _legs(draft: Draft, limbs: list[str]) -> int:
         draft: draft of the robot.
         limbs: names of the first links of the limbs.
     """
-    trial = trial_spec(draft)
-    model = trial_model(draft, trial[0]) if trial is not None else None
-    if model is None:
+    if (model := trial(draft)) is None:
         return 0
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -64,7 +59,9 @@ def _legs(draft: Draft, limbs: list[str]) -> int:
     found, kind = 0, mujoco.mjtObj.mjOBJ_BODY
     for limb in limbs:
         bodies = [
-            body for link in draft.urdf.depth_first(limb) if (body := mujoco.mj_name2id(model, kind, link.name)) > 0
+            body
+            for link in draft.description.depth_first(limb)
+            if (body := mujoco.mj_name2id(model, kind, link.name)) > 0
         ]
         reach = extents(model, data, np.flatnonzero(np.isin(model.geom_bodyid, bodies)))
         found += reach is not None and reach[0][2] < whole[0][2] + STANDING

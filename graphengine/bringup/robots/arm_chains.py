@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 
-from graphengine.descriptions.urdf.urdf import Urdf, UrdfJoint
+from graphengine.descriptions.robot_description import Joint, RobotDescription
 
 _FINGER = 4
 """Maximum number of joints of a finger; a longer branch is an arm."""
@@ -13,16 +13,16 @@ _ONLY, _ARM = 2, 3
 """Minimum numbers of joints of an arm: if it is the only chain; and, among several chains, joints that only this arm has."""
 
 
-def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
+def arm_chains(description: RobotDescription, driven: Collection[str]) -> list[tuple[str, ...]]:
     """Return the joints of each arm, from its base to its flange.
 
     Joints that several chains share, such as that of a torso, belong to an arm only if the robot has no other arm.
 
     Args:
-        urdf: robot description.
+        description: robot description.
         driven: names of joints with position drives, without joints of a base and mimic joints.
     """
-    above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
+    above = {joint.name: _above(description, joint) for joint in description.moving()}
     paths = _paths(above, driven)
     inner = {name for path in paths.values() for name in path[:-1]}
     fingers = {name for hand in _hands(above, paths) for name in hand}
@@ -38,9 +38,9 @@ def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
     return arms if len(arms) == 1 else [own[chain] for chain in arms]
 
 
-def gripper_joints(urdf: Urdf, driven: Collection[str]) -> list[str]:
+def gripper_joints(description: RobotDescription, driven: Collection[str]) -> list[str]:
     """Return the joint of each gripper whose fingers have a single driven joint; the other fingers mimic that joint."""
-    above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
+    above = {joint.name: _above(description, joint) for joint in description.moving()}
     hands = _hands(above, _paths(above, driven))
     leaders = [[name for name in hand if name in driven] for hand in hands]
     return [hand[0] for hand in leaders if len(hand) == 1]
@@ -51,9 +51,9 @@ def _paths(above: dict[str, list[str]], driven: Collection[str]) -> dict[str, li
     return {name: [each for each in [*above[name], name] if each in driven] for name in above if name in driven}
 
 
-def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
+def _above(description: RobotDescription, joint: Joint) -> list[str]:
     """Return the names of the moving joints between the root and a joint, starting at the root."""
-    return [carrier.name for carrier in urdf.carriers(joint.parent) if carrier.moves][::-1]
+    return [carrier.name for carrier in description.carriers(joint.parent) if carrier.moves][::-1]
 
 
 def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:

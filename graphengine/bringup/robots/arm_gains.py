@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graphengine.bringup.robots.trial import trial_model, trial_spec
+from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import mujoco
-from graphengine.descriptions.robot_files.draft import Draft, Remark, rounded
-from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.descriptions.robot_description import Joint
+from graphengine.descriptions.robot_files.draft import Draft, rounded
 
 DEVIATION = 0.01
 """Deviation at which a drive exerts its full effort, rad or m."""
@@ -51,12 +51,12 @@ class Load:
     weight: float
 
 
-def fill(draft: Draft) -> None:
+def set_gains(draft: Draft) -> None:
     """Set the gains of position drives in `draft.servos`, whose gains the description does not give.
 
     Gravity compensation and interpolation of set points are enabled for these drives.
     """
-    joints = [draft.urdf.joints[name] for name in draft.servos]
+    joints = [draft.description.joints[name] for name in draft.servos]
     loads = _loads(draft, joints) if joints else None
     if loads is None:
         return
@@ -66,7 +66,7 @@ def fill(draft: Draft) -> None:
     for joint, load in zip(joints, loads, strict=True):
         stiffness, bandwidth = _gains(joint, load)
         bandwidths.append(bandwidth)
-        entry = draft.entry("joints", joint.name)
+        entry = draft.joints[joint.name]
         drive = entry.value["drive"]
         drive["stiffness"], drive["damping"] = stiffness, rounded(stiffness / (math.pi * bandwidth), 3)
         drive |= {"interpolate": True, "gravity_compensation": True}
@@ -79,18 +79,18 @@ def fill(draft: Draft) -> None:
     slowest, fastest = min(bandwidths), max(bandwidths)
     rate = f"{slowest:.1f} to {fastest:.1f} Hz" if f"{slowest:.1f}" != f"{fastest:.1f}" else f"{slowest:.1f} Hz"
     text = f"gains of position drives: {rate}, at least critically damped by the mass matrix; full effort at 10 mrad or 10 mm; "
-    draft.guessed.append(Remark(text + "gravity_compensation and interpolate", joints[0].element.span))
+    draft.guess(text + "gravity_compensation and interpolate", joints[0].element.span)
     if weak:
         text = f"effort limits below the weight that a joint carries in some poses, N m or N: {', '.join(weak)}"
         remedy = "there the joint sinks; max_force of a drive replaces the limit"
-        draft.noticed.append(Remark(f"{text}; {remedy}", joints[0].element.span))
+        draft.notice(f"{text}; {remedy}", joints[0].element.span)
     if slow:
         text = "effort limits with which joints need a long way to stop from their speed limits in some poses, "
         text += f"rad or m: {', '.join(slow)}; they lag behind trajectories that need more acceleration"
-        draft.noticed.append(Remark(text, joints[0].element.span))
+        draft.notice(text, joints[0].element.span)
 
 
-def _stopping(joint: UrdfJoint, load: Load) -> float:
+def _stopping(joint: Joint, load: Load) -> float:
     """Return the way (rad or m) on which a joint stops from its speed limit with its full effort; 0 without these limits."""
     if not joint.effort or not joint.velocity:
         return 0.0
@@ -98,7 +98,7 @@ def _stopping(joint: UrdfJoint, load: Load) -> float:
     return joint.velocity**2 * load.inertia / (2.0 * free) if free > 0.0 else math.inf
 
 
-def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:
+def _gains(joint: Joint, load: Load) -> tuple[float, float]:
     """Return the stiffness (N m/rad or N/m) and bandwidth (Hz) of the drive of a joint."""
     fastest = 2 * math.pi * FASTEST
     most = joint.effort or max(load.weight, load.coupled * fastest**2 * DEVIATION)
@@ -109,11 +109,9 @@ def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:
     return stiffness, min(natural, fastest) / (2 * math.pi)
 
 
-def _loads(draft: Draft, joints: Sequence[UrdfJoint]) -> list[Load] | None:
+def _loads(draft: Draft, joints: Sequence[Joint]) -> list[Load] | None:
     """Return the largest loads of each joint in a fixed set of poses; None if the robot cannot be compiled."""
-    trial = trial_spec(draft)
-    model = trial_model(draft, trial[0]) if trial is not None else None
-    if model is None:
+    if (model := trial(draft)) is None:
         return None
     data, random = mujoco.MjData(model), np.random.default_rng(0)
     scalar = np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE)

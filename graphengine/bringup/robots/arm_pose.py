@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from graphengine.descriptions.urdf.urdf import Urdf, UrdfJoint
+from graphengine.descriptions.robot_description import Joint, RobotDescription
 from graphengine.physics.model.robot import RobotInstance
 
 _TURN, _SLIDE = 0.3, 0.05
@@ -20,32 +20,31 @@ def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]
 
     Each joint moves in the direction that raises the links it carries, away from a table.
     """
-    axes = robot.urdf.axes_in_root()
+    axes = robot.description.axes_in_root()
     found: dict[str, float] = {}
     for name in joints:
-        joint, start = robot.urdf.joints[name], robot.starts.get(name, 0.0)
+        joint, start = robot.description.joints[name], robot.starts.get(name, 0.0)
         way = _SLIDE if joint.type == "prismatic" else _TURN
-        way = way if _rise(robot.urdf, joint, axes[name]) >= 0 else -way
-        low, high = _limits(robot, joint)
+        way = way if _rise(robot.description, joint, axes[name]) >= 0 else -way
+        low, high = _limits(joint)
         inside = [end for end in (start + way, start - way) if low <= end <= high]
         found[name] = round(inside[0] if inside else min(max(start, low), high), 3)
     return found
 
 
-def _limits(robot: RobotInstance, joint: UrdfJoint) -> tuple[float, float]:
-    """Return the limits of a joint, reduced by a margin: those in the robot file, else those in the description."""
-    stated = robot.spec.joints[joint.name].limits if joint.name in robot.spec.joints else None
-    low, high = stated or joint.limits or (-np.inf, np.inf)
+def _limits(joint: Joint) -> tuple[float, float]:
+    """Return the limits of a joint, which are those of the robot file if it has any, reduced by a margin."""
+    low, high = joint.limits or (-np.inf, np.inf)
     margin = _MARGIN * (high - low) if np.isfinite(high - low) else 0.0
     return low + margin, high - margin
 
 
-def _rise(urdf: Urdf, joint: UrdfJoint, axis: Sequence[float]) -> float:
+def _rise(description: RobotDescription, joint: Joint, axis: Sequence[float]) -> float:
     """Return the rate at which a joint lifts the mass that it carries, with all joints at zero: kg m/rad, or kg m/m."""
-    origin = np.array(urdf.pose_in_root(joint.child)[0])
+    origin = np.array(description.pose_in_root(joint.child)[0])
     rise = 0.0
-    for link in urdf.depth_first(joint.child):
-        place = np.array(urdf.pose_in_root(link.name)[0])
+    for link in description.depth_first(joint.child):
+        place = np.array(description.pose_in_root(link.name)[0])
         motion = np.array(axis) if joint.type == "prismatic" else np.cross(axis, place - origin)
         rise += link.mass * float(motion[2])
     return round(rise, 6)

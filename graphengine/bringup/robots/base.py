@@ -10,12 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from graphengine.bringup.robots.base_wheels import BaseWheel
-from graphengine.descriptions.robot_files.draft import Draft, no_joint
-from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.descriptions.robot_description import Joint
+from graphengine.descriptions.robot_files.draft import RobotWheel
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
-from graphengine.format.wording import printable
 
 Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 
@@ -54,16 +52,9 @@ class Base:
         """Return a copy with further parameters, which replace parameters of the same name."""
         return replace(self, parameters=self.parameters | parameters)
 
-
-def flaw(draft: Draft, base: Base) -> str:
-    """Return the reason why the joints of a base cannot drive it; empty if they can."""
-    joints = draft.urdf.joints
-    for name in (*base.driven, *base.steering):
-        if name not in joints:
-            return no_joint(draft.urdf, name)
-        if not joints[name].moves:
-            return f"joint {printable(name)!r} is fixed"
-    return "" if base.driven else "it names no wheels"
+    def of_source(self, source: str, span: Span, general: dict[str, float | str]) -> Base:
+        """Return a copy with its source, and with general parameters that its own parameters replace."""
+        return replace(self, source=source, span=span, parameters=general | self.parameters)
 
 
 def given(**parameters: float | str | None) -> dict[str, float | str]:
@@ -105,8 +96,13 @@ class Drivetrain:
     """
 
     base: Base
-    wheels: tuple[BaseWheel, ...]
-    steering: tuple[UrdfJoint, ...]
+    wheels: tuple[RobotWheel, ...]
+    steering: tuple[Joint, ...]
     parameters: dict[str, Any]
     grip: Mapping[str, Vector3] = field(default_factory=dict)
     skid: Grip | None = None
+
+    @property
+    def joints(self) -> set[str]:
+        """Names of all joints of the base that take commands."""
+        return {*(wheel.joint for wheel in self.wheels), *(joint.name for joint in self.steering)}

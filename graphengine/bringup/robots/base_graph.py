@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from graphengine.bringup.robots.base import Drivetrain
-from graphengine.bringup.robots.base_wheels import BaseWheel
 from graphengine.bringup.robots.skid_steering import NAME, guess_limits
-from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, every, graph_defaults, rounded, says
+from graphengine.descriptions.robot_files.draft import Claim, Draft, RobotWheel, graph_defaults, rounded
+from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 
@@ -28,7 +28,7 @@ _ROLLER_ALONG = 1.0
 """Friction of a roller along its axis."""
 
 
-def fill(draft: Draft, drivetrain: Drivetrain) -> None:
+def add_base_graph(draft: Draft, drivetrain: Drivetrain) -> None:
     """Add the graph that drives the base, and materials for wheels that grip in only one direction."""
     base = drivetrain.base
     use = f"graphs/base/{base.kinematics}.yaml"
@@ -42,9 +42,8 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     usual = {name: defaults.get(name) for name in _USUAL}
     parameters = {name: value for name, value in parameters.items() if usual.get(name) != value}
     draft.add_graph(GRAPH, use, parameters, f"{base.kinematics}, from {base.source}")
-    claim = says("graphs", GRAPH, value=draft.sections["graphs"][GRAPH].value)
-    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim)
-    (draft.guessed if base.guessed else draft.carried).append(remark)
+    claim: Claim = {("graphs", GRAPH): draft.graphs[GRAPH].value}
+    draft.remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim, guessed=base.guessed)
     _remark_on_defaults(draft, defaults, parameters)
     _grip(draft, drivetrain)
 
@@ -84,14 +83,14 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
     text = f"wheels that turn at {fastest:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, "
     text += f"or turns on the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
     limits = {name: rounded(value) for name, value in found.items() if name not in known}
-    claims = [says("graphs", GRAPH, "parameters", name, value=value) for name, value in limits.items()]
-    draft.carried.append(Remark(text, draft.urdf.joints[slowest.joint].element.span, every(claims)))
+    claim: Claim = {("graphs", GRAPH, "parameters", name): value for name, value in limits.items()}
+    draft.carry(text, draft.description.joints[slowest.joint].element.span, claim)
     return limits
 
 
-def _slowest_wheel(draft: Draft, drivetrain: Drivetrain) -> tuple[BaseWheel, float]:
+def _slowest_wheel(draft: Draft, drivetrain: Drivetrain) -> tuple[RobotWheel, float]:
     """Return the driven wheel whose rim is the slowest at the velocity limit of its joint, and that limit, rad/s."""
-    joints = draft.urdf.joints
+    joints = draft.description.joints
     speeds = {each: min(joints[each.joint].velocity or FASTEST_WHEEL, FASTEST_WHEEL) for each in drivetrain.wheels}
     slowest = min(speeds, key=lambda wheel: speeds[wheel] * wheel.radius)
     return slowest, speeds[slowest]
@@ -110,10 +109,10 @@ def _remark_on_defaults(draft: Draft, defaults: Mapping[str, Any], parameters: M
     """Add remarks on speed limits and odometry errors that have default values, because the description does not give them."""
     left = [f"{name} {defaults[name]:g} {unit}" for name, unit in _LIMITS if name in {*defaults} - {*parameters}]
     if left:
-        draft.guessed.append(Remark(f"limits of the base: {', '.join(left)}"))
+        draft.guess(f"limits of the base: {', '.join(left)}")
     if "slip" in parameters:
         ticks = f"encoders of {defaults['ticks']:g} ticks a turn"
-        draft.guessed.append(Remark(f"odometry: {ticks}, and a slip of {parameters['slip']:g} m after 1 m"))
+        draft.guess(f"odometry: {ticks}, and a slip of {parameters['slip']:g} m after 1 m")
 
 
 def _summary(drivetrain: Drivetrain) -> str:
@@ -131,13 +130,13 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
     groups: dict[Vector3, list[str]] = {}
     for link, direction in drivetrain.grip.items():
         groups.setdefault(direction, []).append(link)
-    materials, skid = draft.sections["materials"], drivetrain.skid
+    materials, skid = draft.materials, drivetrain.skid
     for name, entry in [*materials.items()]:
         if skid is not None or "direction" not in entry.value:
             draft.unbind(name, drivetrain.grip)
     bound = draft.bound()
     for number, (direction, group) in enumerate(groups.items()):
-        if not bound.isdisjoint(group):
+        if not bound.keys().isdisjoint(group):
             continue
         along, across, rule = _ROLLER_ALONG, 0.0, "min"
         name, comment = f"rollers_{number + 1}", "they grip along the axes of their rollers"
@@ -146,13 +145,11 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
             name, comment = NAME, f"they slide sideways in a turn; friction {skid.reason}"
         elif drivetrain.base.kinematics == "differential":
             name, comment = "casters", "they slide sideways, as casters do"
-        value = {
-            "static_friction": along,
-            "dynamic_friction": along,
+        directed: MaterialKeys = {
             "across": across,
             "direction": [rounded(part, 6) for part in direction],
-            "expressed_in": draft.urdf.root,
+            "expressed_in": draft.description.root,
         }
         if skid is not None:
-            value["steady_sliding"] = True
-        materials[name] = Entry(value | {"combine": rule, "bind": group}, [comment])
+            directed["steady_sliding"] = True
+        materials[name] = Entry(material(along, rule, group, directed), [comment])

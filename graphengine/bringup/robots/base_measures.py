@@ -8,11 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 from graphengine.bringup.robots.base import Base, Drivetrain
-from graphengine.bringup.robots.base_guess import friction_direction
-from graphengine.bringup.robots.base_wheels import BaseWheel
+from graphengine.bringup.robots.base_wheels import friction_direction
 from graphengine.bringup.robots.skid_steering import casters, choose_grip, controller_track, effective_track
-from graphengine.descriptions.robot_files.draft import Draft, Remark, rounded
-from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.descriptions.robot_description import Joint
+from graphengine.descriptions.robot_files.draft import Draft, Remark, RobotWheel, rounded
 from graphengine.devices.rotation import Vector3, rotate
 
 _SAME = 0.005
@@ -23,7 +22,7 @@ _LEAST_STEERING = 0.1
 """Minimum steering angle limit of a base, rad; smaller limits of joints are raised to it."""
 
 
-def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrain | None:
+def measured(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> Drivetrain | None:
     """Return the drivetrain of a base; None if no graph can drive it.
 
     Args:
@@ -34,7 +33,7 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
     found = {wheel.joint: wheel for wheel in wheels}
     if base.kinematics == "ackermann":
         base = _without_virtual_wheels(draft, base, wheels)
-    joints = [joint for joint in dict.fromkeys(base.driven) if draft.urdf.joints[joint].mimic is None]
+    joints = [joint for joint in dict.fromkeys(base.driven) if draft.description.joints[joint].mimic is None]
     driven = [found.get(joint) or _declared(draft, base, joint) for joint in joints]
     if not driven:
         return _undriven(draft, base, "its wheels only follow other joints")
@@ -52,33 +51,32 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
 
 def _undriven(draft: Draft, base: Base, reason: str) -> Drivetrain | None:
     """Add a remark with the reason why no graph can drive a base; return None, as it has no drivetrain."""
-    draft.lost.append(Remark(f"{base.source}: {reason}: no graph drives them", base.span))
+    draft.lose(f"{base.source}: {reason}: no graph drives them", base.span)
     return None
 
 
-def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
+def _declared(draft: Draft, base: Base, joint: str) -> RobotWheel:
     """Return the wheel on a joint, for a wheel that does not stand on the floor.
 
     If the wheel has no round collider, its radius is that of the base's source, and its centre the origin of the joint.
     """
-    urdf = draft.urdf
-    about = urdf.joints[joint]
-    if (shape := draft.wheels.get(joint)) is not None:
-        return BaseWheel(joint, about.child, shape.radius, shape.centre, shape.axis, "", False, shape.rollers)
-    pose = urdf.pose_in_root(about.child)
+    description = draft.description
+    about = description.joints[joint]
+    if (known := draft.wheels.get(joint)) is not None:
+        return known
+    pose = description.pose_in_root(about.child)
     centre, axle = pose[0], rotate(pose[1], about.axis)
-    return BaseWheel(joint, about.child, base.radius or 0.0, centre, axle, "", False)
+    return RobotWheel(joint, about.child, base.radius or 0.0, 0.0, 0.0, axle, centre, "", on_floor=False)
 
 
 def _compare(draft: Draft, base: Base, what: str, said: float | None, true: float) -> None:
     """Add a remark if a dimension (m) that the source gives, `said`, differs from the one measured on the description, `true`."""
     if said is not None and abs(said - true) > _SAME * true:
-        text = f"the {what} is {true:.4g} m as in the description; {base.source} has {said:.4g} m"
-        draft.noticed.append(Remark(text, base.span))
+        draft.notice(f"the {what} is {true:.4g} m as in the description; {base.source} has {said:.4g} m", base.span)
 
 
 def _differential(
-    draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel], radius: float
+    draft: Draft, base: Base, driven: Sequence[RobotWheel], wheels: Sequence[RobotWheel], radius: float
 ) -> Drivetrain | None:
     left, right = _by_side(driven)
     if not (left and right) or not all(wheel.sideways for wheel in driven):
@@ -102,11 +100,11 @@ def _differential(
         return _skidding(draft, found, standing)
     if base.multiplier != 1.0:
         text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: the plain track makes turns exact"
-        draft.guessed.append(Remark(text, base.span))
+        draft.guess(text, base.span)
     return replace(found, grip={wheel.link: (1.0, 0.0, 0.0) for wheel in loose}) if loose else found
 
 
-def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[BaseWheel]) -> Drivetrain:
+def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[RobotWheel]) -> Drivetrain:
     """Return the drivetrain of a skid-steered base: with friction of its wheels, and the track that its controller needs.
 
     Args:
@@ -118,12 +116,12 @@ def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[BaseWheel]) -> D
     length = max(max(ends) - min(ends), _BESIDE)
     links = list(dict.fromkeys(wheel.link for wheel in wheels))
     middle = (min(wheel.centre[1] for wheel in wheels) + max(wheel.centre[1] for wheel in wheels)) / 2.0
-    skid = choose_grip(draft, base, links, track, length, abs(draft.urdf.centre_of_mass()[1] - middle))
+    skid = choose_grip(draft, base, links, track, length, abs(draft.description.centre_of_mass()[1] - middle))
     told = None if skid.replaces_track else controller_track(base, track)
     draft.controller_track = told is not None
     if told is not None:
         product = f"{base.track or track:g} m x {base.multiplier:g}"
-        draft.carried.append(Remark(f"track for turns: {told:.4g} m, {product} of {base.source}", base.span))
+        draft.carry(f"track for turns: {told:.4g} m, {product} of {base.source}", base.span)
     turning = effective_track(track, length, skid.across / skid.along) if told is None else told
     text = f"friction of the skid-steered wheels: {skid.along:g} along and {skid.across:g} across them, {skid.reason}"
     (draft.carried if skid.described else draft.guessed).append(Remark(text, base.span))
@@ -132,14 +130,14 @@ def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[BaseWheel]) -> D
     return replace(found, parameters=parameters, grip=grip, skid=skid)
 
 
-def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
+def _by_side(wheels: Sequence[RobotWheel]) -> tuple[list[RobotWheel], list[RobotWheel]]:
     """Return the wheels left and right of their common centre, each list in the given order."""
     middle = _centre(wheels)[1]
     left = [wheel for wheel in wheels if wheel.centre[1] > middle + _BESIDE]
     return left, [wheel for wheel in wheels if wheel.centre[1] < middle - _BESIDE]
 
 
-def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
+def _mecanum(draft: Draft, base: Base, driven: Sequence[RobotWheel]) -> Drivetrain | None:
     left, right = _by_side(driven)
     if (len(left), len(right)) != (2, 2) or not (_alike(left) and _alike(right)):
         return _undriven(draft, base, "it does not have two wheels that turn in the same direction on each side")
@@ -149,7 +147,7 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
     return replace(found, parameters=found.parameters | more | _sides(left, right, found.parameters["radius"]))
 
 
-def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
+def _holonomic(draft: Draft, base: Base, driven: Sequence[RobotWheel]) -> Drivetrain:
     """Return the drivetrain of a base with mecanum or omni wheels, which grip only along the axes of their rollers."""
     grips = [_grip(draft, wheel, base) for wheel in driven]
     axles = [math.atan2(-wheel.axle[0], wheel.axle[1]) for wheel in driven]  # from the y axis, about z
@@ -168,19 +166,19 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetr
     return Drivetrain(base, tuple(driven), (), parameters | known, grip)
 
 
-def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
+def _omni(draft: Draft, base: Base, driven: Sequence[RobotWheel]) -> Drivetrain | None:
     if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
         return _holonomic(draft, base, driven)
     return _undriven(draft, base, "it has fewer than three wheels, or all of them are parallel")
 
 
-def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
+def _grip(draft: Draft, wheel: RobotWheel, base: Base) -> Vector3:
     """Return the direction along which a mecanum or omni wheel grips, in the root link's frame.
 
     It is the axis of the roller that touches the floor: of a roller in the description, else the direction in Gazebo's `fdir1`,
     else diagonal for a mecanum wheel, and the rolling direction for an omni wheel.
     """
-    told = wheel.rollers.axis or friction_direction(draft.urdf, wheel)
+    told = wheel.rollers.axis or friction_direction(draft.description, wheel)
     if told is not None:
         return told
     if base.kinematics == "omni":
@@ -188,7 +186,7 @@ def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
     return 1.0, -math.copysign(1.0, wheel.centre[0] * wheel.centre[1]), 0.0
 
 
-def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Base:
+def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> Base:
     """Return the base with its joints replaced by those of wheels on the floor, if its source names joints without wheels.
 
     Some controllers command virtual wheels in the middle of an axle.
@@ -202,26 +200,29 @@ def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel
     driven = [joint for joint in base.driven if joint in joints] or fixed
     steering = [joint for joint in base.steering if joint in swivels] or [*swivels]
     names = ", ".join((*driven, *steering))
-    text = f"{base.source} commands joints without wheels: {names} are commanded instead"
-    draft.guessed.append(Remark(text, base.span))
+    draft.guess(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span)
     return replace(base, driven=tuple(driven), steering=tuple(steering))
 
 
-def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Sequence[BaseWheel]) -> Drivetrain | None:
-    urdf = draft.urdf
+def _ackermann(
+    draft: Draft, base: Base, driven: Sequence[RobotWheel], wheels: Sequence[RobotWheel]
+) -> Drivetrain | None:
+    description = draft.description
     rolling = {wheel.joint: wheel for wheel in (*wheels, *driven) if not wheel.caster}.values()
     steered = [wheel for wheel in rolling if wheel.swivel and wheel.swivel in base.steering]
     fixed = [wheel for wheel in rolling if not wheel.swivel]
-    pivots = [urdf.joints[joint] for joint in dict.fromkeys(base.steering) if urdf.joints[joint].mimic is None]
-    pivots.sort(key=lambda joint: -urdf.pose_in_root(joint.child)[0][1])
-    axes = urdf.axes_in_root()
+    pivots = [
+        description.joints[joint] for joint in dict.fromkeys(base.steering) if description.joints[joint].mimic is None
+    ]
+    pivots.sort(key=lambda joint: -description.pose_in_root(joint.child)[0][1])
+    axes = description.axes_in_root()
     upward = {axes[joint.name][2] > 0 for joint in pivots}
     if not pivots or not steered or not fixed or not all(wheel.sideways for wheel in driven):
         return _undriven(draft, base, "no wheels are found on the steering joints, or none beside them")
     if len(upward) > 1:
         return _undriven(draft, base, "its steering joints turn about opposite axes")
     ahead = _mean(wheel.centre[0] for wheel in steered) - _mean(wheel.centre[0] for wheel in fixed)
-    sides = [urdf.pose_in_root(joint.child)[0][1] for joint in pivots]
+    sides = [description.pose_in_root(joint.child)[0][1] for joint in pivots]
     _compare(draft, base, "wheelbase", base.wheelbase, abs(ahead))
     if track := _spread(fixed) or _spread(steered):
         _compare(draft, base, "track", base.track, track)
@@ -252,13 +253,13 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
     return Drivetrain(base, tuple(driven), tuple(pivots), parameters | base.parameters)
 
 
-def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
+def _steering_limit(pivots: Sequence[Joint]) -> float:
     """Return the largest angle that all steering joints reach to both sides, rad; 0, i.e. no limit, if no joint has limits."""
     ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
     return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
 
-def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel], radius: float) -> dict[str, Any]:
+def _sides(left: Sequence[RobotWheel], right: Sequence[RobotWheel], radius: float) -> dict[str, Any]:
     """Return the graph parameters of both sides: joints, and multipliers of the wheel radius.
 
     A multiplier is the mean radius of a side's wheels divided by `radius`, and negative if their axes point to the right.
@@ -271,17 +272,17 @@ def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel], radius: float)
     }
 
 
-def _multiplier(wheels: Sequence[BaseWheel], radius: float) -> float:
+def _multiplier(wheels: Sequence[RobotWheel], radius: float) -> float:
     share = _mean(wheel.radius for wheel in wheels) / radius
     return wheels[0].sign * (1.0 if abs(share - 1.0) < _SAME else rounded(share))
 
 
-def _alike(wheels: Sequence[BaseWheel]) -> bool:
+def _alike(wheels: Sequence[RobotWheel]) -> bool:
     """Return whether all of these wheels roll in the same direction at positive joint speed."""
     return len({wheel.sign for wheel in wheels}) == 1
 
 
-def _centre(wheels: Sequence[BaseWheel]) -> list[float]:
+def _centre(wheels: Sequence[RobotWheel]) -> list[float]:
     """Return the mean (x, y) of the wheels' centres in the root link's frame, m."""
     return [round(_mean(places), 6) + 0.0 for places in zip(*(wheel.centre[:2] for wheel in wheels), strict=True)]
 
@@ -291,6 +292,6 @@ def _mean(values: Iterable[float]) -> float:
     return sum(numbers) / len(numbers)
 
 
-def _spread(wheels: Sequence[BaseWheel]) -> float:
+def _spread(wheels: Sequence[RobotWheel]) -> float:
     sides = [wheel.centre[1] for wheel in wheels]
     return max(sides) - min(sides)

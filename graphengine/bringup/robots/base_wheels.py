@@ -1,92 +1,157 @@
-"""Finds the wheels on which a robot stands, with their positions and steering joints, and detects casters."""
+"""Finds the wheels on which a robot stands, detects casters, and guesses the base if no controller or plugin describes it."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from graphengine.descriptions.robot_files.draft import Draft, WheelShape
-from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
-from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint
-from graphengine.devices.rotation import Vector3
+from graphengine.bringup.robots.base import Base
+from graphengine.bringup.robots.skid_steering import SMALL
+from graphengine.descriptions.files.xml import numbers
+from graphengine.descriptions.robot_description import TURNING, Joint, RobotDescription
+from graphengine.descriptions.robot_files.draft import ALIGNED, Draft, RobotWheel
+from graphengine.devices.rotation import Vector3, rotate
 
-ALIGNED = 0.99
-"""Minimum cosine of the angle between two axes that count as parallel."""
+_HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")
+"""Parts of names of mecanum wheels; parallel wheels that are called omni wheels can only be mecanum wheels."""
+_DIAGONAL = 0.3
+"""Minimum ratio of the smaller to the larger of the x and y components of a diagonal direction."""
 _TRAIL = 0.1
 """Minimum distance of a caster's axle from the axis of its swivel, as a fraction of the wheel's radius."""
 _MIRRORED = 0.1
 """Maximum deviation of a pair of wheels from mirrored positions, as a fraction of the wheel's radius."""
 
 
-@dataclass(frozen=True, slots=True)
-class BaseWheel:
-    """A wheel of a mobile base, with all joints at position zero.
-
-    Attributes:
-        joint: name of the joint that turns the wheel.
-        link: name of the wheel's link.
-        radius: radius of the wheel, m.
-        centre: centre of the wheel in the root link's frame, m.
-        axle: axis of the joint in the root link's frame; if it points to the left, the wheel rolls forward at positive speed.
-        swivel: name of the joint with a vertical axis that steers the wheel; empty without such a joint.
-        caster: whether the swivel turns freely: its wheel trails, or it is limitless and has no counterpart on the other side.
-        rollers: rollers of an omni or mecanum wheel, if the description models them.
-    """
-
-    joint: str
-    link: str
-    radius: float
-    centre: Vector3
-    axle: Vector3
-    swivel: str
-    caster: bool
-    rollers: Rollers = NO_ROLLERS
-
-    @property
-    def sideways(self) -> bool:
-        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward and backward."""
-        return abs(self.axle[1]) > ALIGNED
-
-    @property
-    def sign(self) -> float:
-        """1 if the wheel rolls forward at positive joint speed, else -1."""
-        return 1.0 if self.axle[1] > 0 else -1.0
-
-
-def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[BaseWheel]:
+def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[RobotWheel]:
     """Return the wheels on which a robot stands, in order of the joints.
 
     Args:
         draft: draft with the wheels found in the description.
         commanded: names of joints that take commands; such a joint cannot be the swivel of a caster.
     """
-    urdf, axes = draft.urdf, draft.urdf.axes_in_root()
+    description, axes = draft.description, draft.description.axes_in_root()
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
-    swivels = [_swivel(urdf, urdf.joints[shape.joint], axes) for shape in shapes]
+    swivels = [_swivel(description, description.joints[shape.joint], axes) for shape in shapes]
     swivelling = [shape for shape, swivel in zip(shapes, swivels, strict=True) if swivel is not None]
-    return [_wheel(urdf, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)]
+    return [
+        _wheel(description, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)
+    ]
 
 
 def _wheel(
-    urdf: Urdf, shape: WheelShape, swivel: UrdfJoint | None, commanded: Collection[str], others: Iterable[WheelShape]
-) -> BaseWheel:
+    description: RobotDescription,
+    shape: RobotWheel,
+    swivel: Joint | None,
+    commanded: Collection[str],
+    others: Iterable[RobotWheel],
+) -> RobotWheel:
     caster = False
     if swivel is not None and swivel.name not in commanded:
-        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
-        trail = abs((x - pivot_x) * shape.axis[1] - (y - pivot_y) * shape.axis[0])  # across the axle
+        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, description.pose_in_root(swivel.child)[0]
+        trail = abs((x - pivot_x) * shape.axle[1] - (y - pivot_y) * shape.axle[0])  # across the axle
         caster = trail > _TRAIL * shape.radius or (shape.swivels and not any(_mirrors(shape, each) for each in others))
-    pivot = swivel.name if swivel is not None else ""
-    return BaseWheel(shape.joint, shape.link, shape.radius, shape.centre, shape.axis, pivot, caster, shape.rollers)
+    return replace(shape, swivel=swivel.name if swivel is not None else "", caster=caster)
 
 
-def _mirrors(one: WheelShape, other: WheelShape) -> bool:
+def _mirrors(one: RobotWheel, other: RobotWheel) -> bool:
     """Return whether two wheels stand at mirrored positions left and right of the root link's x axis."""
     (x, y, _), (other_x, other_y, _) = one.centre, other.centre
     near = _MIRRORED * one.radius
     return abs(x - other_x) < near and abs(y + other_y) < near and abs(y) > near
 
 
-def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
+def _swivel(description: RobotDescription, joint: Joint, axes: Mapping[str, Vector3]) -> Joint | None:
     """Return the nearest rotating joint with a vertical axis above a wheel's joint; None if there is none."""
-    turning = (carrier for carrier in urdf.carriers(joint.parent) if carrier.type in TURNING)
+    turning = (carrier for carrier in description.carriers(joint.parent) if carrier.type in TURNING)
     return next((carrier for carrier in turning if abs(axes[carrier.name][2]) > ALIGNED), None)
+
+
+def base_of_wheels(draft: Draft, wheels: Sequence[RobotWheel], commanded: Collection[str]) -> Base | None:
+    """Return the base that the arrangement of the wheels suggests; None if no graph can drive them.
+
+    Args:
+        draft: receives a remark with the reason if there are wheels that no graph can drive.
+        wheels: wheels on the floor.
+        commanded: names of joints that take commands; empty if the description does not list them.
+    """
+    rolling = [wheel for wheel in wheels if not wheel.caster]
+    fixed = [wheel for wheel in rolling if not wheel.swivel]
+    steered = [wheel for wheel in rolling if wheel.swivel]
+    driven = [wheel for wheel in rolling if wheel.joint in commanded] or fixed
+    if not rolling or not driven:
+        return None
+    span = draft.description.joints[driven[0].joint].element.span
+    names = tuple(wheel.joint for wheel in driven)
+    if steered:
+        pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
+        if fixed and len(pivots) <= 2:
+            return Base("ackermann", names, pivots, "the wheels, of which some are steered", span, guessed=True)
+        which = (
+            f"of whose {len(rolling)} wheels {len(steered)} are" if fixed else f"whose {len(steered)} wheels are all"
+        )
+        draft.lose(f"a base {which} steered: no graph drives it", span)
+        return None
+    driven = _without_casters(driven, commanded)
+    names, span = tuple(wheel.joint for wheel in driven), draft.description.joints[driven[0].joint].element.span
+    if all(wheel.sideways for wheel in driven):
+        if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
+            if len(driven) >= 4 and is_mecanum(draft.description, driven):
+                return Base("mecanum", names, (), "the wheels, which are mecanum wheels", span, guessed=True)
+            return Base("differential", names, (), "the wheels, which are parallel", span, guessed=True)
+        draft.lose("wheels on one side only: no graph drives them", span)
+        return None
+    if len(driven) >= 3 and not all(_parallel(driven[0].axle, wheel.axle) for wheel in driven):
+        return Base("omni", names, (), "the wheels, whose axles have several directions", span, guessed=True)
+    text = "wheels that do not roll along the x axis of the root link: no graph drives them"
+    draft.lose(f"{text}; turn the root link so that its x axis points forward", span)
+    return None
+
+
+def _parallel(one: Vector3, other: Vector3) -> bool:
+    return abs(sum(a * b for a, b in zip(one, other, strict=True))) > ALIGNED
+
+
+def _without_casters(wheels: Sequence[RobotWheel], commanded: Collection[str]) -> list[RobotWheel]:
+    """Leave out uncommanded wheels that roll only sideways and are smaller than the others, as in casters of several balls."""
+    limit = SMALL * max(wheel.radius for wheel in wheels)
+    return [each for each in wheels if each.sideways or each.joint in commanded or each.radius >= limit]
+
+
+def is_mecanum(description: RobotDescription, wheels: Sequence[RobotWheel]) -> bool:
+    """Return whether wheels are mecanum wheels.
+
+    They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
+    joint, link or mesh calls it a mecanum or omni wheel.
+    """
+    if any(is_diagonal(wheel.rollers.axis) or friction_direction(description, wheel) is not None for wheel in wheels):
+        return True
+    return any(word in name.lower() for name in _names(description, wheels) for word in _HOLONOMIC)
+
+
+def friction_direction(description: RobotDescription, wheel: RobotWheel) -> Vector3 | None:
+    """Return Gazebo's friction direction `fdir1` of a wheel in the root link's frame; None unless it is a diagonal direction."""
+    for gazebo in description.element.all("gazebo"):
+        if gazebo.get("reference") != wheel.link:
+            continue
+        for element in (each for each in gazebo.walk() if each.tag == "fdir1"):
+            frame = next((value for key, value in element.attributes.items() if key.endswith("expressed_in")), "")
+            direction = numbers(element.text or element.get("value"), 3)
+            if direction is None or frame not in description.links:
+                continue
+            turned = rotate(description.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
+            if is_diagonal(turned):
+                return turned
+    return None
+
+
+def is_diagonal(direction: Vector3 | None) -> bool:
+    """Return whether a direction lies between the x and y axes, as the axes of mecanum rollers do."""
+    x, y = (abs(part) for part in (direction or (0.0, 0.0))[:2])
+    return min(x, y) > _DIAGONAL * max(x, y)
+
+
+def _names(description: RobotDescription, wheels: Sequence[RobotWheel]) -> Iterator[str]:
+    yield description.element.get("name")
+    for wheel in wheels:
+        meshes = (each.get("filename") for each in description.links[wheel.link].element.walk() if each.tag == "mesh")
+        yield from (wheel.joint, wheel.link, *meshes)

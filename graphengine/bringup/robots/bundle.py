@@ -9,18 +9,15 @@ from pathlib import Path
 
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.robot_files.draft import Draft
-from graphengine.descriptions.urdf.urdf import Urdf
-from graphengine.format.diagnostics import Findings
-from graphengine.format.document import load
+from graphengine.descriptions.robot_description import RobotDescription
+from graphengine.descriptions.robot_files.draft import Draft, shipped_graph
 from graphengine.format.files import shipped
 
 MESHES = "meshes"
 """Folder beside the description for copies of meshes to which it refers by path."""
 
 
-def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
+def bundle_meshes(description: RobotDescription) -> dict[Path, Path]:
     """Choose a path beside the description for a copy of each mesh, and change the references in the description.
 
     References into packages stay unchanged, because other ROS programs read them too. All other references are changed to the
@@ -30,9 +27,9 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
         the file to copy for each mesh, by the path of the copy relative to the description.
     """
     sources: dict[Path, Path] = {}
-    for element in _meshes(urdf.element):
+    for element in (each for each in description.element.walk() if each.tag == "mesh" and each.get("filename")):
         reference = element.get("filename")
-        source = _find(reference, urdf.packages)
+        source = _find(reference, description.packages)
         if source is None:
             continue
         parts = reference.rpartition("://")[2].strip("/").split("/")
@@ -67,7 +64,7 @@ def bundle_graphs(draft: Draft) -> dict[Path, Path]:
         the file to copy for each graph and its subgraphs, by the path of the copy relative to the folder of the robot file.
     """
     sources: dict[Path, Path] = {}
-    for entry in draft.sections["graphs"].values():
+    for entry in draft.graphs.values():
         use = entry.value["use"]
         for reference in _with_subgraphs(use):
             sources[Path("..", reference)] = shipped() / reference
@@ -78,14 +75,9 @@ def bundle_graphs(draft: Draft) -> dict[Path, Path]:
 def _with_subgraphs(reference: str) -> Iterator[str]:
     """Yield the reference to an included graph, then references to all subgraphs that it uses, directly or indirectly."""
     yield reference
-    graph = load(shipped() / reference, Findings())
-    nodes = graph.data.get("nodes", {}).values() if graph is not None else ()
+    nodes = shipped_graph(reference).get("nodes", {}).values()
     for name in dict.fromkeys(node["subgraph"] for node in nodes if isinstance(node, dict) and "subgraph" in node):
         yield from _with_subgraphs(os.path.normpath(Path(reference).parent / name))
-
-
-def _meshes(root: Element) -> Iterator[Element]:
-    return (element for element in root.walk() if element.tag == "mesh" and element.get("filename"))
 
 
 def _name(text: str) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, Value, load
 from graphengine.format.wording import printable
@@ -139,7 +139,7 @@ def _flat(value: Value) -> dict[str, Value]:
 def _named(draft: Draft) -> Iterator[Document]:
     """Yield each parameter file that a ros2_control plugin of Gazebo names, once."""
     seen: set[str] = set()
-    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+    for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
         name = plugin.get("filename") + plugin.get("name")
         if not any(part in name for part in _CONTROL_PLUGINS):
             continue
@@ -154,22 +154,22 @@ def _named(draft: Draft) -> Iterator[Document]:
 
 def _open(draft: Draft, reference: str, span: Span) -> Document | None:
     """Return the parameter file to which a plugin refers; None if it cannot be read, which is added to `draft.lost`."""
-    packages = draft.urdf.packages
+    packages = draft.description.packages
     told = f"the controllers of {printable(reference)}"
     path = next(iter(packages.places(reference)), packages.folder / reference)
     if reference.startswith(_FIND):
         package, _, rest = reference.removeprefix(_FIND).partition(")")
         folder = packages.find(package.strip())
         if folder is None:
-            draft.lost.append(Remark(f"{told}: {packages.lacks(package.strip())[0]}", span))
+            draft.lose(f"{told}: {packages.lacks(package.strip())[0]}", span)
             return None
         path = folder / rest.lstrip("/")
     if not packages.files.may_read(path):
-        draft.lost.append(Remark(f"{told}: name the file with --controllers FILE", span))
+        draft.lose(f"{told}: name the file with --controllers FILE", span)
         return None
     findings = Findings()
     packages.files.note(path)
     document = load_parameters(path, findings, str(packages.files.shown(path)))
     for finding in findings.items:
-        draft.lost.append(Remark(f"{told}: {finding.message}", finding.span or span))
+        draft.lose(f"{told}: {finding.message}", finding.span or span)
     return document if not findings.errors else None

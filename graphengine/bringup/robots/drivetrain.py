@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
-from graphengine.bringup.robots import base_graph, joint_drives, joint_graphs
 from graphengine.bringup.robots.base import Base, Drivetrain
-from graphengine.bringup.robots.base_controllers import base_of_controllers
-from graphengine.bringup.robots.base_guess import base_of_wheels, is_diagonal
+from graphengine.bringup.robots.base_graph import add_base_graph
 from graphengine.bringup.robots.base_measures import measured
-from graphengine.bringup.robots.base_plugins import base_of_plugins, topics_of_plugins
-from graphengine.bringup.robots.base_wheels import BaseWheel, wheels_on_floor
+from graphengine.bringup.robots.base_sources import base_of_controllers, base_of_plugins, topics_of_plugins
+from graphengine.bringup.robots.base_wheels import base_of_wheels, is_diagonal, wheels_on_floor
 from graphengine.bringup.robots.controllers_file import Controller, controllers
 from graphengine.bringup.robots.joint_commands import joint_commands
-from graphengine.descriptions.robot_files.draft import Draft, Remark
-from graphengine.descriptions.urdf.urdf import WORLD
+from graphengine.bringup.robots.joint_drives import add_drives
+from graphengine.bringup.robots.joint_graphs import add_joint_graphs
+from graphengine.descriptions.robot_description import WORLD
+from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
 from graphengine.format.wording import printable
 
 _ACROSS = 0.7
@@ -24,7 +24,7 @@ _SLIPPERY = 0.1
 """Friction below which wheels cannot accelerate a base by 1 m/s2."""
 
 
-def fill(draft: Draft) -> None:
+def add_drivetrain(draft: Draft) -> None:
     """Add the drives and graphs of the joints, and the materials of a base's wheels, to the draft."""
     known = controllers(draft)
     commands = joint_commands(draft, known)
@@ -37,12 +37,12 @@ def fill(draft: Draft) -> None:
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
         _mark_dragging(draft, drivetrain)
-        base_graph.fill(draft, drivetrain)
-    if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
-        joint_drives.fill(draft, commands, wheels, drivetrain)
-    joint_graphs.fill(draft, known, drivetrain)
+        add_base_graph(draft, drivetrain)
+    if draft.description.mjcf is None:  # the actuators of an MJCF are its drives
+        add_drives(draft, commands, wheels, drivetrain)
+    add_joint_graphs(draft, known, drivetrain)
     _tell_fixed(draft, wheels)
-    if drivetrain is None and draft.urdf.mjcf is None:
+    if drivetrain is None and draft.description.mjcf is None:
         _tell_undriven(draft, efforts=[joint for joint, each in commands.items() if "effort" in each.ranges])
 
 
@@ -52,36 +52,37 @@ def _mark_dragging(draft: Draft, drivetrain: Drivetrain) -> None:
         return
     driven = {wheel.joint for wheel in drivetrain.wheels}
     for joint, shape in draft.wheels.items():
-        if joint not in driven and not shape.swivels and not shape.rollers.links and abs(shape.axis[1]) < _ACROSS:
+        if joint not in driven and not shape.swivels and not shape.rollers.links and abs(shape.axle[1]) < _ACROSS:
             draft.wheels[joint] = replace(shape, drags=True)
 
 
-def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> bool:
+def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> bool:
     """Return whether the wheels of a differential base have mecanum rollers, on which it slides aside; if so, add a remark."""
     rolling = [wheel for wheel in wheels if wheel.joint in base.driven and is_diagonal(wheel.rollers.axis)]
     if base.kinematics != "differential" or not rolling:
         return False
-    text = f"{base.source}: its wheels have diagonal rollers, on which a differential base would slide aside"
-    draft.lost.append(Remark(text, base.span))
+    draft.lose(
+        f"{base.source}: its wheels have diagonal rollers, on which a differential base would slide aside", base.span
+    )
     return True
 
 
-def _sliding(base: Base, wheels: Sequence[BaseWheel]) -> list[BaseWheel]:
+def _sliding(base: Base, wheels: Sequence[RobotWheel]) -> list[RobotWheel]:
     """Return the wheels that slide if they move sideways: all but omni wheels with rollers that the base does not drive."""
     return [wheel for wheel in wheels if wheel.joint in base.driven or not wheel.rollers.links]
 
 
-def _tell_fixed(draft: Draft, wheels: Sequence[BaseWheel]) -> None:
+def _tell_fixed(draft: Draft, wheels: Sequence[RobotWheel]) -> None:
     """Add a remark if fixed joints connect a base on wheels to the link `world`, so that its wheels cannot move it."""
     rolling = [wheel for wheel in wheels if not wheel.caster]
-    if draft.urdf.root != WORLD or len(rolling) < 2:
+    if draft.description.root != WORLD or len(rolling) < 2:
         return
-    above = list(draft.urdf.carriers(draft.urdf.joints[rolling[0].joint].parent))
+    above = list(draft.description.carriers(draft.description.joints[rolling[0].joint].parent))
     if above and all(carrier.type == "fixed" for carrier in above):
         first = above[-1]
         text = f"joint {first.name} fixes the base to the link {WORLD!r}, so its wheels do not move it"
         text += "; without this link it is free"
-        draft.noticed.append(Remark(text, first.element.span))
+        draft.notice(text, first.element.span)
 
 
 def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
@@ -91,10 +92,10 @@ def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
         draft: receives the remark.
         efforts: names of the joints that take effort commands.
     """
-    moving = draft.urdf.moving()
-    if any("drive" in entry.value for entry in draft.sections["joints"].values()):
+    moving = draft.description.moving()
+    if any("drive" in entry.value for entry in draft.joints.values()):
         return
-    if not (draft.fixed_base or draft.urdf.root == WORLD):
+    if not (draft.fixed_base or draft.description.root == WORLD):
         joints = "its joints have no drives" if moving else "none of its joints moves"
         text = f"nothing moves or holds the robot: {joints}, and no wheels that drive a base were found"
     elif moving:
@@ -103,13 +104,13 @@ def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
         return
     if efforts:
         text += "; --position-drives holds joints that take efforts"
-    draft.noticed.append(Remark(text, draft.urdf.links[draft.urdf.root].element.span))
+    draft.notice(text, draft.description.links[draft.description.root].element.span)
 
 
 def _bases(
     draft: Draft,
     known: Sequence[Controller],
-    wheels: Sequence[BaseWheel],
+    wheels: Sequence[RobotWheel],
     commanded: Collection[str],
 ) -> Iterator[Base]:
     """Yield the base of each source that describes one: controllers, Gazebo plugins, then the wheels on the floor."""
@@ -130,8 +131,8 @@ def _bases(
 def _drop_slippery(draft: Draft, links: Collection[str]) -> None:
     """Unbind links of driven wheels from materials with which they cannot drive, and add a remark."""
     dropped: dict[str, float] = {}
-    for name, entry in [*draft.sections["materials"].items()]:
-        friction, bound = float(entry.value["dynamic_friction"]), entry.value.get("bind", ())
+    for name, entry in [*draft.materials.items()]:
+        friction, bound = entry.value["dynamic_friction"], entry.value["bind"]
         slippery = [link for link in bound if link in links]
         if friction >= _SLIPPERY or not slippery:
             continue
@@ -140,4 +141,4 @@ def _drop_slippery(draft: Draft, links: Collection[str]) -> None:
     for friction in sorted(set(dropped.values())):
         names = ", ".join(printable(link) for link, each in dropped.items() if each == friction)
         text = f"friction {friction:g} of {names}: a plugin drags these wheels over the floor, but wheels that drive need grip"
-        draft.lost.append(Remark(text))
+        draft.lose(text)

@@ -6,10 +6,11 @@ from typing import Any
 
 from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
-from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.robot_description import RobotDescription
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.devices.rotation import rotate
-from graphengine.devices.stage import prim_name
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
 COLOURS = {
@@ -37,26 +38,26 @@ _SURFACE = ("collision", "surface", "friction")
 _FRICTION_PATHS: tuple[tuple[str, ...], ...] = ((), (*_SURFACE, "ode"), (*_SURFACE, "bullet"))
 """Paths below which a `<gazebo>` element may have a friction."""
 _SOLVER = ("kp", "kd", "minDepth", "min_depth", "maxVel", "max_vel", "maxContacts", "max_contacts")
-_SOLVER_LOST = (
-    "kp, kd and other settings of Gazebo's contacts: those of MuJoCo have a time constant, which graphengine chooses"
-)
+_Surfaces = dict[str, tuple[Any, ...]]
+"""Friction by link: along, and if it has a direction, across, direction and frame."""
 _NO_EFFECT = ("preserveFixedJoint", "disableFixedJointLumping", "provideFeedback")
 """Settings of joints without effect, because all fixed joints are kept and the forces of all joints are known."""
 _SYSTEMS = ("Sensors", "Imu", "Contact", "Physics", "SceneBroadcaster", "UserCommands")
 """Gazebo Sim systems without effect, because graphengine always provides their functions."""
 
 
-def fill(draft: Draft) -> None:
+def add_link_settings(draft: Draft) -> None:
     """Add materials, colours and settings of links, and settings of the whole robot, to the draft."""
-    surfaces: dict[str, tuple[Any, ...]] = {}
+    surfaces: _Surfaces = {}
     _static(draft)
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         name = element.get("reference")
-        if name in draft.urdf.links:
-            subject = Subject(draft, "link", name, element.span)
-            for part in (_friction, _solver, _colour, _gravity):
+        if name in draft.description.links:
+            subject, values = Subject(draft, "link", name, element.span), Values(element)
+            for part, tags in _PARTS.items():
+                draft.use_parts(element, *tags)
                 try:
-                    part(draft, element, name, subject, surfaces)
+                    part(subject, values, surfaces)
                 except UnusableError as error:
                     subject.lost(error.reason, error.span)
         for child in element.children:
@@ -67,25 +68,22 @@ def fill(draft: Draft) -> None:
     _wheel_slip(draft)
 
 
-def _friction(
-    draft: Draft, element: Element, link: str, subject: Subject, surfaces: dict[str, tuple[Any, ...]]
-) -> None:
-    values = Values(element)
+def _friction(subject: Subject, values: Values, surfaces: _Surfaces) -> None:
+    draft, link = subject.draft, subject.name
     path = next((path for path in _FRICTION_PATHS if values.find(*path, "mu1|mu|mu2") is not None), None)
-    draft.use_parts(element, "mu1", "mu2", "mu", "fdir1", "collision")
     if path is None:
         return
     along = values.number(*path, "mu1|mu", default=1.0)
     across = values.number(*path, "mu2", default=along)
     if min(along, across) < 0.0:
-        raise UnusableError("the friction is below zero", element.span)
-    if not draft.urdf.links[link].colliders:
+        raise UnusableError("the friction is below zero", subject.span)
+    if not draft.description.links[link].colliders:
         subject.lost("friction: it has no collider")
         return
     direction = values.find(*path, "fdir1")
     if along == across:
         surfaces.setdefault(link, (along,))
-        subject.carried(f"friction {along:g}", _bound(link, along, along))
+        subject.carried(f"friction {along:g}", {("friction", link): (along, along)})
     elif direction is None:
         surfaces.setdefault(link, (along,))
         draft.second_frictions[link] = across
@@ -94,22 +92,14 @@ def _friction(
             f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions, but mu2 across skid-steered wheels"
         )
     else:
-        vector, frame = _direction(draft.urdf, link, direction, subject)
+        vector, frame = _direction(draft.description, link, direction, subject)
         surfaces.setdefault(link, (along, across, vector, frame))
-        subject.carried(f"friction {along:g} along fdir1, {across:g} across it", _bound(link, along, across))
+        subject.carried(f"friction {along:g} along fdir1, {across:g} across it", {("friction", link): (along, across)})
 
 
-def _bound(link: str, along: float, across: float) -> Claim:
-    """Return the claim that a material with the given friction is bound to a link."""
-
-    def holds(data: RobotData) -> bool:
-        bound = (each for each in data.get("materials", {}).values() if link in each.get("bind", ()))
-        return any((each["static_friction"], each.get("across", along)) == (along, across) for each in bound)
-
-    return holds
-
-
-def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
+def _direction(
+    description: RobotDescription, link: str, element: Element, subject: Subject
+) -> tuple[tuple[float, ...], str]:
     """Return the direction of the friction `mu1`, and the name of the link in whose frame the direction is given.
 
     If the direction would turn with a moving link, such as a wheel, it is converted to the frame of the parent link.
@@ -124,18 +114,18 @@ def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tup
         )
     vector = (given[0], given[1], given[2])
     frame = next((element.get(key) for key in element.attributes if key.endswith("expressed_in")), "")
-    if frame in urdf.links:
+    if frame in description.links:
         return vector, frame
     if frame:
         raise UnusableError(f"fdir1 is expressed in {printable(frame[:60])!r}, which is not a link", element.span)
-    carrier = urdf.links[link].carrier
+    carrier = description.links[link].carrier
     if carrier is None or not carrier.moves:
         return vector, link
     subject.guessed("fdir1 turns with the link in Gazebo; here it stays as at joint position zero")
     return tuple(round(part, 9) for part in rotate(carrier.pose[1], vector)), carrier.parent
 
 
-def _add_materials(draft: Draft, surfaces: dict[str, tuple[Any, ...]]) -> None:
+def _add_materials(draft: Draft, surfaces: _Surfaces) -> None:
     """Add one material for all links with the same friction.
 
     As in Gazebo, a contact has the smaller friction of the two colliders.
@@ -144,31 +134,29 @@ def _add_materials(draft: Draft, surfaces: dict[str, tuple[Any, ...]]) -> None:
     for link, surface in surfaces.items():
         alike.setdefault(surface, []).append(link)
     for (along, *directed), links in alike.items():
-        entry = draft.entry("materials", f"{prim_name(links[0])[:180]}_surface")
-        entry.comments = ["as in Gazebo, a contact has the smaller friction of the two colliders"]
-        entry.value = {"static_friction": along, "dynamic_friction": along}
+        keys: MaterialKeys = {}
         if directed:
             across, vector, frame = directed
-            entry.value |= {"across": across, "direction": list(vector), "expressed_in": frame}
-        entry.value |= {"combine": "min", "bind": links}
+            keys = {"across": across, "direction": list(vector), "expressed_in": frame}
+        comment = "as in Gazebo, a contact has the smaller friction of the two colliders"
+        draft.materials[f"{prim_name(links[0])[:180]}_surface"] = Entry(material(along, "min", links, keys), [comment])
 
 
-def _solver(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
-    if any(child.tag in _SOLVER for child in element.children):
-        subject.lost(_SOLVER_LOST)
-    if element.first("laserRetro") is not None:
+def _solver(subject: Subject, values: Values, _: _Surfaces) -> None:
+    if values.find("|".join(_SOLVER)) is not None:
+        text = "kp, kd and other settings of Gazebo's contacts: those of MuJoCo have a time constant, "
+        subject.lost(text + "which graphengine chooses")
+    if values.find("laserRetro") is not None:
         subject.lost("laserRetro: the intensity of a lidar follows from colours")
-    draft.use_parts(element, *_SOLVER, "laserRetro")
 
 
-def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
+def _colour(subject: Subject, values: Values, _: _Surfaces) -> None:
     """Add the colour of a link if it has visuals without a material."""
-    values = Values(element)
+    links, link = subject.draft.description.links, subject.name
     name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
     name = name or values.text("material")
     diffuse = values.text("visual", "material", "diffuse") or values.text("material", "diffuse")
-    draft.use_parts(element, "material", "visual")
-    bare = [visual for visual in draft.urdf.links[link].element.all("visual") if visual.first("material") is None]
+    bare = [visual for visual in links[link].element.all("visual") if visual.first("material") is None]
     given = numbers(diffuse, 4) or numbers(diffuse, 3)
     if not (name or diffuse) or not bare:
         return
@@ -177,39 +165,47 @@ def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: obje
     if colour is None or not all(0.0 <= part <= 1.0 for part in colour):
         subject.lost(f"material {printable((name or diffuse)[:60])!r} is not a known colour")
         return
-    draft.entry("links", link).value["colour"] = [round(part, 4) for part in colour]
-    subject.carried("a colour", says("links", link, "colour", value=draft.entry("links", link).value["colour"]))
+    rounded = [round(part, 4) for part in colour]
+    subject.draft.links[link].value["colour"] = rounded
+    subject.carried("a colour", {("links", link, "colour"): rounded})
 
 
-def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
-    values = Values(element)
+def _gravity(subject: Subject, values: Values, _: _Surfaces) -> None:
     if values.flag("gravity") is False or values.flag("turnGravityOff"):
-        draft.entry("links", link).value["gravity"] = False
-        subject.carried("no gravity", says("links", link, "gravity", value=False))
-    draft.use_parts(element, "gravity", "turnGravityOff")
+        subject.draft.links[subject.name].value["gravity"] = False
+        subject.carried("no gravity", {("links", subject.name, "gravity"): False})
+
+
+_PARTS = {
+    _friction: ("mu1", "mu2", "mu", "fdir1", "collision"),
+    _solver: (*_SOLVER, "laserRetro"),
+    _colour: ("material", "visual"),
+    _gravity: ("gravity", "turnGravityOff"),
+}
+"""Functions that convert settings of a link, with the tags below `<gazebo>` that each of them reads."""
 
 
 def _static(draft: Draft) -> None:
     """Fix the base of the robot to the world if Gazebo's settings make the robot static."""
-    for gazebo in draft.urdf.element.all("gazebo"):
+    for gazebo in draft.description.element.all("gazebo"):
         static = gazebo.first("static") if not gazebo.get("reference") else None
         if static is not None and static.text.strip().lower() in ("true", "1"):
             draft.fixed_base = True
             draft.use(static)
             text = "the base is fixed to the world, because the robot is static"
-            draft.carried.append(Remark(text, static.span, says("fixed_base", value=True)))
+            draft.carry(text, static.span, {("fixed_base",): True})
 
 
 def _self_collision(draft: Draft) -> None:
     """Enable self-collision if the settings of the robot, or of all links with colliders, request it; else report it as lost."""
     asking: list[Subject] = []
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         name, values = element.get("reference"), Values(element)
-        if values.flag("selfCollide|self_collide") and (not name or name in draft.urdf.links):
+        if values.flag("selfCollide|self_collide") and (not name or name in draft.description.links):
             asking.append(Subject(draft, "link", name, element.span))
-        if not name or name in draft.urdf.links:
+        if not name or name in draft.description.links:
             draft.use_parts(element, "selfCollide", "self_collide")
-    solid = {name for name, link in draft.urdf.links.items() if link.colliders}
+    solid = {name for name, link in draft.description.links.items() if link.colliders}
     names = {subject.name for subject in asking}
     if "" in names or (names and names >= solid):
         draft.settings["self_collision"] = True
@@ -219,7 +215,7 @@ def _self_collision(draft: Draft) -> None:
 
 
 def _wheel_slip(draft: Draft) -> None:
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         for plugin in element.all("plugin"):
             if "wheelslip" in (plugin.get("name") + plugin.get("filename")).lower().replace("-", "").replace("_", ""):
                 draft.use(plugin)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
-from graphengine.bringup.robots.gazebo_cameras import camera, depth_camera, rgbd_camera
-from graphengine.bringup.robots.gazebo_figures import Figures, noise, rate
-from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
+from graphengine.bringup.robots.gazebo_force_torque import force_torque
+from graphengine.bringup.robots.gazebo_navsat import navsat
+from graphengine.bringup.robots.gazebo_values import Figures, Subject, UnusableError, Values, noise, rate
 from graphengine.descriptions.files.xml import numbers
+from graphengine.format.wording import printable
 
 _AXES = ("x", "y", "z")
 
@@ -143,6 +145,29 @@ def contact(values: Values, sensor: Subject) -> Figures:
     return Figures("contact", "contact", {}, "contact sensor")
 
 
+def camera(values: Values, sensor: Subject) -> Figures:
+    """Return the type, graph and profile of a colour camera."""
+    profile = _pinhole(values, sensor)
+    if deviation := noise(values, sensor, ("camera", "noise"), ("noise",)):
+        profile["colour_noise"] = round(min(deviation, 1.0) * 255.0, 6)  # Gazebo's colours go from 0 to 1
+    return Figures("camera", "camera", profile, _resolution_told(profile))
+
+
+def depth_camera(values: Values, sensor: Subject, graph: str, images: str) -> Figures:
+    """Return the type, graph and profile of a camera with depth; `images` says what its graph publishes."""
+    profile = _pinhole(values, sensor) | {"depth": True}
+    values.skip("camera", "depth_camera", "output")
+    clip = [values.number("camera", "depth_camera", "clip", end) for end in ("near", "far")]
+    if all(clip):
+        profile["clip"] = clip
+    if deviation := noise(values, sensor, ("camera", "noise"), ("noise",)):
+        profile["depth_noise"] = deviation
+        reason = "taken for that at 1 m, as here it grows with the square of the distance"
+        sensor.guessed(f"noise of {deviation:g} m: {reason}")
+    return Figures("camera", graph, profile, f"{images} {_resolution_told(profile)}")
+
+
+_RGBD = partial(depth_camera, graph="rgbd_camera", images="colour and depth")
 READERS: dict[str, Callable[[Values, Subject], Figures]] = {
     "ray": ray,
     "gpu_ray": ray,
@@ -151,21 +176,21 @@ READERS: dict[str, Callable[[Values, Subject], Figures]] = {
     "sonar": sonar,
     "imu": imu,
     "camera": camera,
-    "depth": rgbd_camera,  # classic Gazebo's, whose plugins publish colours too
-    "depth_camera": depth_camera,
-    "rgbd_camera": rgbd_camera,
-    "rgbd": rgbd_camera,
+    "depth": _RGBD,  # classic Gazebo's, whose plugins publish colours too
+    "depth_camera": partial(depth_camera, graph="depth_camera", images="depth"),
+    "rgbd_camera": _RGBD,
+    "rgbd": _RGBD,
     "contact": contact,
+    "navsat": navsat,
+    "gps": navsat,
+    "force_torque": force_torque,
 }
 """Function that converts a sensor, by sensor type in SDF."""
 NO_LIKE = {
-    "gps": "satellite navigation",
-    "navsat": "satellite navigation",
     "magnetometer": "a magnetometer",
     "altimeter": "an altimeter",
     "air_pressure": "a barometer",
     "air_speed": "an air speed sensor",
-    "force_torque": "a force-torque sensor",
     "logical_camera": "a logical camera",
     "thermal_camera": "a thermal camera",
     "thermal": "a thermal camera",
@@ -247,3 +272,35 @@ def _of_plugin(values: Values, triad: _Triad) -> float:
     texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
     given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
     return max(given[0]) if given else 0.0
+
+
+def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:
+    camera: tuple[str, ...] = ("camera",)
+    if values.find("camera") is None and values.find("horizontal_fov") is not None:
+        camera = ()
+        sensor.guessed("its values are not in <camera>, where Gazebo looks for them")
+    size = [values.number(*camera, "image", side, default=d) for side, d in (("width", 320.0), ("height", 240.0))]
+    for side, length in zip(("width", "height"), size, strict=True):
+        if not 1.0 <= length <= 1e6:
+            raise UnusableError(f"image {side} {length:g} is not a valid number of pixels", sensor.span)
+    wide = values.number(*camera, "horizontal_fov", default=1.047)
+    if not 0.0 < wide < math.pi:
+        raise UnusableError(
+            f"horizontal_fov {wide:g} rad: a pinhole camera needs a value between 0 and pi", sensor.span
+        )
+    width, height = (int(length) for length in size)
+    tall = 2.0 * math.atan(math.tan(wide / 2.0) * height / width)
+    pixels = values.text(*camera, "image", "format")
+    if pixels.upper().startswith(("L8", "L16", "L_", "BAYER")):
+        sensor.lost(f"image format {printable(pixels[:40])!r}; images are rgb8")
+    return {
+        "size": [width, height],
+        "fov_deg": [round(math.degrees(angle), 6) for angle in (wide, tall)],
+        "clip": [values.number(*camera, "clip", end, default=d) for end, d in (("near", 0.1), ("far", 100.0))],
+        "rate": rate(values, 30.0, sensor),
+    }
+
+
+def _resolution_told(profile: dict[str, Any]) -> str:
+    width, height = profile["size"]
+    return f"camera of {width} x {height} pixels"

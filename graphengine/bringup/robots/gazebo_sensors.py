@@ -10,16 +10,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from graphengine.bringup.robots import gazebo_profiles, gazebo_topics
-from graphengine.bringup.robots.gazebo_figures import Figures
-from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
+from graphengine.bringup.robots.gazebo_values import Figures, Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, graph_defaults, says
-from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.robot_description import RobotDescription
+from graphengine.descriptions.robot_files.draft import Claim, Draft, graph_defaults
+from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
-from graphengine.devices.stage import prim_name
 from graphengine.format.kinds import DEVICES
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.implementations import IMPLEMENTATIONS
 
@@ -32,7 +32,7 @@ _OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
 """Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along its x axis."""
 _SAME = 1e-3
 """Tolerance of equal poses: coordinates differ by less (m), and the scalar product of quaternions exceeds 1 minus its square."""
-_NO_EFFECT = (
+_NO_EFFECT = [
     "visualize",
     "always_on",
     "alwaysOn",
@@ -42,7 +42,7 @@ _NO_EFFECT = (
     "update_rate",
     "bodyName",
     "serviceName",
-)
+]
 """Tags without effect, which are not reported as lost; a plugin's rate is used only if the sensor has none."""
 
 
@@ -59,7 +59,7 @@ class _Found:
     topics: dict[str, str]
 
 
-def fill(draft: Draft) -> None:
+def add_sensors(draft: Draft) -> None:
     """Add a sensor and a graph that publishes it for each Gazebo sensor; types without an equivalent are reported as lost."""
     found = list(_sensors(draft))
     unnamed = Counter(sensor.figures.graph for sensor in found if not sensor.topics)
@@ -72,11 +72,11 @@ def fill(draft: Draft) -> None:
 
 def _sensors(draft: Draft) -> Iterator[_Found]:
     """Yield the convertible sensors in order of the file, with unique prim names; report the others as lost."""
-    urdf = draft.urdf
-    taken = {prim_name(name) for name in (*urdf.links, *urdf.joints)}
-    elements = [each for gazebo in urdf.element.all("gazebo") for each in _elements(gazebo)]
+    description = draft.description
+    taken = {prim_name(name) for name in (*description.links, *description.joints)}
+    elements = [each for gazebo in description.element.all("gazebo") for each in _elements(gazebo)]
     if len(elements) > MAX_SENSORS:
-        draft.lost.append(Remark(f"sensors after the first {MAX_SENSORS}", elements[MAX_SENSORS][1].span))
+        draft.lose(f"sensors after the first {MAX_SENSORS}", elements[MAX_SENSORS][1].span)
     for link, element in elements[:MAX_SENSORS]:
         draft.use(element)
         if (found := _read(draft, element, link, taken)) is not None:
@@ -99,18 +99,24 @@ def _elements(gazebo: Element) -> Iterator[tuple[str, Element]]:
 def _read(draft: Draft, element: Element, link: str, taken: set[str]) -> _Found | None:
     kind, given, values = element.get("type"), element.get("name") or element.get("type"), Values(element)
     subject = Subject(draft, "sensor", given, element.span)
+    joint = draft.description.joints.get(link)
+    if joint is not None and (kind == "force_torque" or link not in draft.description.links):
+        link = joint.child
     if kind not in gazebo_profiles.READERS:
         like = gazebo_profiles.NO_LIKE.get(kind, f"a sensor of type {printable(kind[:40])!r}")
         subject.lost(f"there is nothing like {like}", element.place("type"))
-    elif link not in draft.urdf.links:
+    elif link not in draft.description.links:
         subject.lost(f"the robot has no link {printable(link[:60])!r}" if link else "its <gazebo> names no link")
-    elif kind == "contact" and not draft.urdf.links[link].colliders:
+    elif kind == "contact" and not draft.description.links[link].colliders:
         subject.lost(f"link {printable(link)!r} has no collider to feel contacts")
+    elif kind == "force_torque" and draft.description.links[link].carrier is None:
+        subject.lost(f"link {printable(link)!r} has no joint at which to measure")
     else:
         try:
             figures = gazebo_profiles.READERS[kind](values, subject)
             IMPLEMENTATIONS.all[figures.type].profile.model_validate(figures.profile)
-            pose = _pose(values, subject)
+            position, orientation = _pose(values, subject)
+            pose = position, orientation if figures.turned else IDENTITY
         except UnusableError as error:
             subject.lost(error.reason, error.span)
         except ValidationError as errors:
@@ -158,15 +164,15 @@ def _one_pose(values: Values, sensor: Subject, *path: str) -> Pose:
 
 
 def _mount(draft: Draft, sensor: _Found) -> None:
-    entry = draft.entry("sensors", sensor.name)
-    entry.value = {"type": sensor.figures.type, "parent": _prim(draft.urdf, sensor.link)}
+    value: SensorKeys = {"type": sensor.figures.type, "parent": _prim(draft.description, sensor.link)}
     position, orientation = sensor.pose
     if any(position):
-        entry.value["position"] = list(position)
+        value["position"] = list(position)
     if not _close(orientation, IDENTITY):
-        entry.value["orientation"] = {"quaternion_xyzw": [round(part, 9) for part in orientation]}
+        value["orientation"] = {"quaternion_xyzw": [round(part, 9) for part in orientation]}
     if sensor.figures.profile:
-        entry.value["profile"] = sensor.figures.profile
+        value["profile"] = sensor.figures.profile
+    draft.sensors[sensor.name] = Entry(value)
 
 
 def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
@@ -176,7 +182,7 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
     """
     figures, kind = sensor.figures, sensor.figures.type
     device: Device = DEVICES.all[kind]
-    path = "/".join(part for part in (_path(draft.urdf, sensor.link), sensor.name, device.child) if part)
+    path = "/".join(part for part in (_path(draft.description, sensor.link), sensor.name, device.child) if part)
     names, customary = sensor.topics, gazebo_topics.customary(figures.graph)
     if not names:
         owner = gazebo_topics.legal(sensor.subject.name)
@@ -190,37 +196,34 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
         parameters["frame"] = _frame(draft, sensor)
     if "width" in declared:
         parameters |= dict(zip(("width", "height"), figures.profile["size"], strict=True))
-    _use(draft, sensor.name, use, parameters)
+    graph = _use(draft, sensor.name, use, parameters)
     rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""
     text = f"{figures.told} on {printable(sensor.link)}{rate}, published on {', '.join(names.values())}"
-    sensor.subject.carried(text, _published(sensor, parameters))
+    claim: Claim = {
+        ("sensors", sensor.name, "profile"): figures.profile or None,
+        ("graphs", graph, "parameters"): parameters,
+    }
+    sensor.subject.carried(text, claim)
 
 
-def _published(sensor: _Found, parameters: dict[str, Any]) -> Claim:
-    """Return the claim that a sensor is mounted on its link with its profile, and that a graph publishes it."""
-    profile = sensor.figures.profile or None
-
-    def holds(data: RobotData) -> bool:
-        graphs = (graph.get("parameters") for graph in data.get("graphs", {}).values())
-        return says("sensors", sensor.name, "profile", value=profile)(data) and parameters in graphs
-
-    return holds
-
-
-def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> None:
-    name = _unused(name, "graph", set(draft.sections["graphs"]))
-    draft.entry("graphs", name).value = {"use": graph, "parameters": parameters}
+def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> str:
+    """Add a graph, and return its name in the robot file."""
+    name = _unused(name, "graph", set(draft.graphs))
+    draft.graphs[name] = Entry({"use": graph, "parameters": parameters})
+    return name
 
 
 def _frame(draft: Draft, sensor: _Found) -> str:
     """Return the name of the frame of a sensor's messages; if it is not a link, add a graph that publishes it on tf_static."""
-    links, link = draft.urdf.links, sensor.link
+    links, link = draft.description.links, sensor.link
+    if sensor.figures.profile.get("axes") == "parent" and (joint := links[link].carrier) is not None:
+        return joint.parent
     written = gazebo_topics.frame(sensor.values)
     camera = sensor.figures.type == "camera"
     if written in links and not (camera and written == link):
         return written
     pose = compose(sensor.pose, ((0.0, 0.0, 0.0), _OPTICAL)) if camera else sensor.pose
-    if camera and (optical := _optical_link(draft.urdf, link, pose)):
+    if camera and (optical := _optical_link(draft.description, link, pose)):
         sensor.subject.guessed(f"its images are in the frame {printable(optical)}, whose z axis points forward")
         return optical
     if not camera and not written and _same(pose, NOWHERE):
@@ -234,7 +237,7 @@ def _frame(draft: Draft, sensor: _Found) -> str:
     return name
 
 
-def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
+def _optical_link(description: RobotDescription, link: str, pose: Pose) -> str:
     """Return the name of a link that is rigidly connected to the given link and has the given pose relative to it.
 
     Return an empty string if there is none.
@@ -244,23 +247,23 @@ def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
         at, came_from, place = pending.pop()
         if at != link and _same(place, pose):
             return at
-        carrier = urdf.links[at].carrier
+        carrier = description.links[at].carrier
         if carrier is not None and not carrier.moves and carrier.parent != came_from:
             pending.append((carrier.parent, at, compose(place, relative(carrier.pose, NOWHERE))))
-        fixed = [joint for joint in urdf.links[at].below if not joint.moves and joint.child != came_from]
+        fixed = [joint for joint in description.links[at].below if not joint.moves and joint.child != came_from]
         pending += [(joint.child, at, compose(place, joint.pose)) for joint in reversed(fixed)]
     return ""
 
 
-def _prim(urdf: Urdf, link: str) -> str:
+def _prim(description: RobotDescription, link: str) -> str:
     """Return the prim of a link for a robot file: its prim name, or its path if a joint has the same name."""
     name = prim_name(link)
-    return _path(urdf, link) if name in map(prim_name, urdf.joints) else name
+    return _path(description, link) if name in map(prim_name, description.joints) else name
 
 
-def _path(urdf: Urdf, link: str) -> str:
+def _path(description: RobotDescription, link: str) -> str:
     """Return the path of a link's prim, starting with the root link."""
-    names = [link, *(carrier.parent for carrier in urdf.carriers(link))]
+    names = [link, *(carrier.parent for carrier in description.carriers(link))]
     return "/".join(map(prim_name, reversed(names)))
 
 

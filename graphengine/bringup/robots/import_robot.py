@@ -10,36 +10,30 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine.bringup.robots import (
-    arm_base,
-    arm_gains,
-    drivetrain,
-    effort_limits,
-    gazebo_links,
-    gazebo_sensors,
-    joint_dynamics,
-    left_behind,
-    resting,
-    self_view,
-    wheel_material,
-    wheels,
-)
+from graphengine.bringup.robots.arm_base import fix_arm
+from graphengine.bringup.robots.arm_gains import set_gains
 from graphengine.bringup.robots.bundle import bundle_graphs, bundle_meshes, bundle_model
+from graphengine.bringup.robots.drivetrain import add_drivetrain
+from graphengine.bringup.robots.gazebo_links import add_link_settings
+from graphengine.bringup.robots.gazebo_sensors import add_sensors
 from graphengine.bringup.robots.joint_commands import add_mimics
+from graphengine.bringup.robots.joint_dynamics import add_joint_dynamics, report_weak_wheels
+from graphengine.bringup.robots.left_behind import report_unused
+from graphengine.bringup.robots.resting import add_rest
 from graphengine.bringup.robots.robot_source import WRAPPER
-from graphengine.bringup.robots.trial import FLOOR_FRICTION
-from graphengine.descriptions.description_reader import robot_file
+from graphengine.bringup.robots.trial import checked_spec
+from graphengine.bringup.robots.wheels import add_wheel_material, find_wheels
+from graphengine.descriptions.element_marks import called, marked
 from graphengine.descriptions.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import Element, mujoco_says, write
+from graphengine.descriptions.files.xml import Element, document_text, mujoco_says
 from graphengine.descriptions.geoms import extents
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
-from graphengine.descriptions.robot_files import mjcf_parts
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
 from graphengine.descriptions.robot_files.writer import render
-from graphengine.descriptions.urdf.element_marks import called, marked
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro.xacro import is_xacro
 from graphengine.descriptions.xacro.xacro_macros import literal
@@ -48,31 +42,37 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document
 from graphengine.format.files import shipped
-from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.keyframes import begin_in
-from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.mesh_units import check_mesh_units
-from graphengine.physics.model.robot import RobotInstance, load_robot
-from graphengine.physics.model.robot_model import robot_spec
+from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
 
+
+def _check_self_view(draft: Draft) -> None:
+    """Let ray sensors see through their own robot if it blocks them; only this part needs the simulation."""
+    if draft.sensors:
+        from graphengine.bringup.robots.self_view import check_self_view
+
+        check_self_view(draft)
+
+
 _PARTS = (
-    wheels.fill,
-    gazebo_links.fill,
-    arm_base.fill,
-    drivetrain.fill,
-    joint_dynamics.fill,
-    arm_gains.fill,
-    effort_limits.fill,
-    wheel_material.fill,
-    resting.fill,
-    gazebo_sensors.fill,
-    self_view.fill,
-    left_behind.fill,
+    find_wheels,
+    add_link_settings,
+    fix_arm,
+    add_drivetrain,
+    add_joint_dynamics,
+    set_gains,
+    report_weak_wheels,
+    add_wheel_material,
+    add_rest,
+    add_sensors,
+    _check_self_view,
+    report_unused,
 )
-"""Functions that fill a draft from a URDF description, in order of execution."""
-_PARTS_OF_MODELS = (wheels.fill, mjcf_parts.fill, drivetrain.fill, wheel_material.fill, resting.fill)
-"""Functions that fill a draft from a MuJoCo model, in order of execution; fewer, because the model defines more itself."""
+"""Functions that add to a draft from a URDF description, in order of execution."""
+_PARTS_OF_MODELS = (find_wheels, add_model_parts, add_drivetrain, add_wheel_material, add_rest)
+"""Functions that add to a draft from a MuJoCo model, in order of execution; fewer, because the model defines more itself."""
 _MESHES = ("mesh", "texture")
 
 
@@ -171,42 +171,42 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     library = Library(files, findings)
     model_files: dict[Path, Path] = {}
     if origin.model is None:
-        urdf = read_urdf(origin.element, origin.packages, findings)
+        description = read_urdf(origin.element, origin.packages, findings)
     else:
-        urdf = read_mjcf(origin.model, library)
+        description = read_mjcf(origin.model, library)
         model_files = bundle_model(origin.model, library, name) if origin.bundled else {}
-    if urdf is None:
+    if description is None:
         return None
-    packages = [] if origin.bundled else list(_used_packages(urdf))
+    packages = [] if origin.bundled else list(_used_packages(description))
     path = origin.path or written_to
     if origin.model is not None:
         copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
         path = folder / copied if copied is not None else origin.model
     told = [_near(each, origin.target) for each in packages]
     near = _near(path, origin.target)
-    draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
+    draft = Draft(description, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
     draft.position_drives = origin.position_drives
-    for fill in _PARTS if origin.model is None else _PARTS_OF_MODELS:
-        fill(draft)
+    for add_part in _PARTS if origin.model is None else _PARTS_OF_MODELS:
+        add_part(draft)
     draft.settle()
     graphs = bundle_graphs(draft) if origin.bundled else {}
-    text = render(draft)
-    file = robot_file(text, origin.target, findings)
-    (placement,) = place(name, RobotUse(use=str(origin.target)))
-    robot = load_robot(placement, file, library, urdf) if file is not None else None
-    spec = robot_spec(robot, library, FLOOR_FRICTION, findings) if robot is not None else None
-    model = _compiled(spec, draft, findings) if spec is not None else None
-    if robot is None or model is None:
+    document = render(draft, origin.target)
+    checked = checked_spec(draft, library, str(origin.target), document)
+    model = _compiled(checked[0], draft, findings) if checked is not None else None
+    if checked is None or model is None:
         return None
+    robot = checked[1]
     check_mesh_units(model, [("", robot)], findings)
     bodies = {f"{name}/{body}" for body in body_names(model)}
     before = len(findings.errors)
     add_robot(Stage(), robot, bodies, findings)
     if len(findings.errors) > before:
         return None
-    meshes = bundle_meshes(urdf) if origin.bundled and origin.model is None else model_files
+    meshes = bundle_meshes(description) if origin.bundled and origin.model is None else model_files
     written = (
-        {} if origin.path is not None or origin.model is not None else {path: _portable(urdf, meshes, path.parent)}
+        {}
+        if origin.path is not None or origin.model is not None
+        else {path: _portable(description, meshes, path.parent)}
     )
     if origin.wrapper:
         written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
@@ -215,7 +215,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         free=robot.disabled.free_link is not None,
         lowest=_lowest(model, robot),
         library=library,
-        files={**written, origin.target: text},
+        files={**written, origin.target: "\n".join(document.source.lines)},
         copies={Path(os.path.normpath(folder / target)): source for target, source in {**graphs, **meshes}.items()},
         outside=_outside([*packages, path], origin),
         use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),
@@ -224,20 +224,20 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
 
 
 def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.MjModel | None:
-    urdf = draft.urdf
+    description = draft.description
     try:
         model, told = compiled(spec)
     except REFUSALS as error:
         message, name, _ = mujoco_says(error)
-        if (known := marked(error, [urdf.element])) is not None:
+        if (known := marked(error, [description.element])) is not None:
             findings.add("S106", f"MuJoCo: {message}: {called(known) or name!r}", known.span)
             return None
         owners = (name, name.rsplit(".", 2)[0])  # geoms are named LINK.NUMBER.NUMBER
-        places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
-        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
+        places = (element.span for element in description.element.walk() if element.get("name") in owners)
+        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, description.element.span))
         return None
     for text in draft.mujoco_warnings | dict.fromkeys(told):
-        findings.add("W205", f"MuJoCo: {text}", urdf.element.span)
+        findings.add("W205", f"MuJoCo: {text}", description.element.span)
     return model
 
 
@@ -254,32 +254,32 @@ def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
     return float(found[0][2]) if found is not None else None
 
 
-def _used_packages(urdf: Urdf) -> Iterator[Path]:
+def _used_packages(description: RobotDescription) -> Iterator[Path]:
     """Yield the folder of each package with meshes of the robot, except installed packages, which are always found."""
-    meshes = (element.get("filename") for element in urdf.element.walk() if element.tag in _MESHES)
+    meshes = (element.get("filename") for element in description.element.walk() if element.tag in _MESHES)
     names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
     for name in names:
-        folder = urdf.packages.find(name)
-        if folder is not None and not any(folder.is_relative_to(i) for i in urdf.packages.files.installed):
+        folder = description.packages.find(name)
+        if folder is not None and not any(folder.is_relative_to(i) for i in description.packages.files.installed):
             yield folder.resolve()
 
 
-def _portable(urdf: Urdf, beside: Collection[Path], folder: Path) -> str:
+def _portable(description: RobotDescription, beside: Collection[Path], folder: Path) -> str:
     """Return the text of the description for a file in the given folder.
 
     Relative references become absolute, except those to files copied beside the description, whose paths are in `beside`. Texts
     that are absolute paths, which xacro writes for `$(find NAME)`, become references to packages or relative paths.
     """
-    escaped = is_xacro(Path("robot.urdf"), urdf.element)  # the written file would be expanded again
-    for element in urdf.element.walk():
+    escaped = is_xacro(Path("robot.urdf"), description.element)  # the written file would be expanded again
+    for element in description.element.walk():
         reference = element.get("filename")
         if element.tag in _MESHES and reference and "://" not in reference and Path(reference) not in beside:
-            element.attributes["filename"] = (urdf.packages.folder / reference).resolve().as_uri()
-        element.text = urdf.packages.reference(element.text, folder)
+            element.attributes["filename"] = (description.packages.folder / reference).resolve().as_uri()
+        element.text = description.packages.reference(element.text, folder)
         if escaped:
             element.text = literal(element.text)
             element.attributes |= {name: literal(value) for name, value in element.attributes.items()}
-    return '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
+    return document_text(description.element)
 
 
 def _near(path: Path, target: Path) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from graphengine.bringup.robots.controllers_file import Controller
 from graphengine.descriptions.files.xml import Element, number
-from graphengine.descriptions.robot_files.draft import Draft, Remark, no_joint
+from graphengine.descriptions.robot_files.draft import Draft, no_joint
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import printable
 
@@ -36,17 +36,16 @@ class JointCommands:
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
     """Return the commands that each joint takes, by joint name; elements of the description that list them are marked as used."""
     found: dict[str, JointCommands] = {}
-    if draft.urdf.mjcf is not None:
-        for actuator in draft.urdf.mjcf.actuators:
-            if actuator.joint:
-                span = draft.urdf.joints[actuator.joint].element.span
-                source = f"actuator {printable(actuator.name)}"
-                found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
+    for actuator in draft.description.actuators:
+        if actuator.joint:
+            span = draft.description.joints[actuator.joint].element.span
+            source = f"actuator {printable(actuator.name)}"
+            found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
     for controller in controllers:
         _controller(draft, controller, found)
-    for element in draft.urdf.element.all("ros2_control"):
+    for element in draft.description.element.all("ros2_control"):
         _ros2_control(draft, element, found)
-    for element in draft.urdf.element.all("transmission"):
+    for element in draft.description.element.all("transmission"):
         _transmission(draft, element, found)
     return found
 
@@ -85,7 +84,7 @@ def _controller(draft: Draft, controller: Controller, found: dict[str, JointComm
     if not kinds:  # a broadcaster, or of a type that says nothing about commands
         return
     for name in controller.texts("joint", "joints"):
-        if name not in draft.urdf.joints or not draft.urdf.joints[name].moves:
+        if name not in draft.description.joints or not draft.description.joints[name].moves:
             continue
         commands = found.setdefault(name, JointCommands(f"controller {printable(controller.name)}", controller.span))
         for kind in kinds:
@@ -109,13 +108,13 @@ def _ros2_control(draft: Draft, element: Element, found: dict[str, JointCommands
                 if not commanded or kind in commands.ranges:  # a controller uses one of several interfaces
                     commands.ranges[kind] = _parameter(interface, "min"), _parameter(interface, "max")
             else:
-                draft.lost.append(Remark(f"{source}: a drive takes no {kind!r} command", interface.span))
+                draft.lose(f"{source}: a drive takes no {kind!r} command", interface.span)
         states = [state for state in joint.all("state_interface") if state.get("name") == "position"]
         starts = [_parameter(state, "initial_value") for state in states] + [_parameter(joint, "initial_position")]
         commands.start = next((start for start in starts if start is not None), commands.start)
-        if draft.urdf.joints[name].mimic is None and (leader := _text(joint, "mimic")):
+        if draft.description.joints[name].mimic is None and (leader := _text(joint, "mimic")):
             text = f"{source}: {name} follows {leader}: write <mimic> into the joint of the description"
-            draft.lost.append(Remark(printable(text), joint.span))
+            draft.lose(printable(text), joint.span)
 
 
 def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands]) -> None:
@@ -138,9 +137,9 @@ def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands
 
 def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
     """Return whether the description has no moving joint with this name; add a remark if it has no such joint at all."""
-    joint = draft.urdf.joints.get(name)
+    joint = draft.description.joints.get(name)
     if joint is None:
-        draft.lost.append(Remark(f"{source}: {no_joint(draft.urdf, name)}", span))
+        draft.lose(f"{source}: {no_joint(draft.description, name)}", span)
     return joint is None or not joint.moves
 
 

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from graphengine.bringup.robots.base import Drivetrain
-from graphengine.bringup.robots.base_wheels import BaseWheel
 from graphengine.bringup.robots.joint_commands import KINDS, JointCommands
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
-from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotWheel
+from graphengine.descriptions.robot_files.entries import DriveKeys, JointKeys
 from graphengine.format.wording import printable
 
 _SPEED_ERROR = 0.01
@@ -34,10 +33,10 @@ The parts of a caster in a description are often so light that the contact with 
 """
 
 
-def fill(
+def add_drives(
     draft: Draft,
     commands: Mapping[str, JointCommands],
-    wheels: Sequence[BaseWheel],
+    wheels: Sequence[RobotWheel],
     drivetrain: Drivetrain | None,
 ) -> None:
     """Choose the drive of each moving joint.
@@ -48,74 +47,71 @@ def fill(
         wheels: wheels on the floor.
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
-    decisions: dict[_Decision, list[UrdfJoint]] = {}
+    decisions: dict[_Decision, list[Joint]] = {}
     carrying = _carrying(draft) if drivetrain is not None else {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
     if ranged:
         text = f"velocity ranges of {', '.join(map(printable, ranged))}: by default, ros2_control does not enforce them"
-        draft.lost.append(Remark(text, commands[ranged[0]].span))
-    for joint in draft.urdf.moving():
+        draft.lose(text, commands[ranged[0]].span)
+    for joint in draft.description.moving():
         if joint.mimic is not None:
             continue
         decision = _decide(draft, joint, commands, wheels, drivetrain, carrying)
         decisions.setdefault(decision, []).append(joint)
-        entry = draft.entry("joints", joint.name)
-        entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
+        entry = draft.joints[joint.name]
+        if (drive := _drive(draft, joint, decision.kind, wheels, drivetrain)) is not None:
+            entry.value["drive"] = drive
         if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
         if decision.why == _CASTERS:
-            entry.value["armature"] = gain(_LIGHTEST * draft.urdf.mass * carrying[joint.name] ** 2)
+            entry.value["armature"] = gain(_LIGHTEST * draft.description.mass * carrying[joint.name] ** 2)
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
         if joint.name in commands:
-            drive = entry.value.get("drive") if joint.name not in driven else None
-            entry.value |= _bounds(joint, drive, commands[joint.name])
+            entry.value |= _bounds(joint, drive if joint.name not in driven else None, commands[joint.name])
     for name, each in commands.items():
         if each.start:
-            claim = says("joints", name, "start", value=each.start)
+            claim: Claim = {("joints", name, "start"): each.start}
             draft.carried.append(Remark(f"start position {each.start:g}", each.span, claim, ("joint", printable(name))))
     held = [joint for decision, joints in decisions.items() if decision.kind == "velocity" for joint in joints]
     if drivetrain is not None:
         _tell_braking(draft, [joint for joint in held if joint.name not in driven], wheels)
-    drives = [entry.value.get("drive", {}) for entry in draft.sections["joints"].values()]
+    drives = [entry.value.get("drive", {}) for entry in draft.joints.values()]
     if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
         told = ", ".join(f"{damping:g}" for damping in gains)
-        draft.guessed.append(Remark(f"damping of velocity drives: {told} N m s/rad, by the weight on the wheels"))
+        draft.guess(f"damping of velocity drives: {told} N m s/rad, by the weight on the wheels")
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         text, claim = f"{_TOLD[decision.kind]}: {names}; {decision.why}", _drives(joints, decision.kind)
-        (draft.guessed if decision.guessed else draft.carried).append(Remark(text, joints[0].element.span, claim))
+        draft.remark(text, joints[0].element.span, claim, guessed=decision.guessed)
 
 
-def _tell_braking(draft: Draft, joints: Sequence[UrdfJoint], wheels: Sequence[BaseWheel]) -> None:
+def _tell_braking(draft: Draft, joints: Sequence[Joint], wheels: Sequence[RobotWheel]) -> None:
     """Add a remark on wheels on the floor with velocity drives that no graph commands: they brake the base."""
     standing = {wheel.joint for wheel in wheels}
     if braking := [joint for joint in joints if joint.name in standing]:
         names = ", ".join(printable(joint.name) for joint in braking)
         text = "no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
-        draft.noticed.append(Remark(f"{names}: {text}", braking[0].element.span))
+        draft.notice(f"{names}: {text}", braking[0].element.span)
 
 
 def _carrying(draft: Draft) -> dict[str, float]:
     """Return the height above the floor (m) of each joint between the root link and a link that stands on the floor, by name."""
     found: dict[str, float] = {}
     for link, lowest in draft.standing.items():
-        for carrier in draft.urdf.carriers(link) if link in draft.urdf.links else ():
-            found[carrier.name] = draft.urdf.pose_in_root(carrier.child)[0][2] - lowest
+        for carrier in draft.description.carriers(link) if link in draft.description.links else ():
+            found[carrier.name] = draft.description.pose_in_root(carrier.child)[0][2] - lowest
     return found
 
 
-def _drives(joints: Sequence[UrdfJoint], kind: str) -> Claim:
+def _drives(joints: Sequence[Joint], kind: str) -> Claim:
     """Return the claim that joints have drives of a kind, or none for a kind without a drive."""
-
-    def holds(data: RobotData) -> bool:
-        drives = [data.get("joints", {}).get(joint.name, {}).get("drive") for joint in joints]
-        if kind not in ("velocity", "position"):
-            return not any(drives)
-        return all(drive is not None and ("stiffness" in drive) == (kind == "position") for drive in drives)
-
-    return holds
+    gains = {
+        "damping": ... if kind in ("velocity", "position") else None,
+        "stiffness": ... if kind == "position" else None,
+    }
+    return {("joints", joint.name, "drive", gain): value for joint in joints for gain, value in gains.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,9 +133,9 @@ _TOLD = {
 
 def _decide(
     draft: Draft,
-    joint: UrdfJoint,
+    joint: Joint,
     commands: Mapping[str, JointCommands],
-    wheels: Sequence[BaseWheel],
+    wheels: Sequence[RobotWheel],
     drivetrain: Drivetrain | None,
     carrying: Collection[str],
 ) -> _Decision:
@@ -190,34 +186,34 @@ def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> 
 
 
 def _drive(
-    draft: Draft, joint: UrdfJoint, kind: str, wheels: Sequence[BaseWheel], drivetrain: Drivetrain | None
-) -> dict[str, Any]:
-    """Return a mapping with the key `drive` for a joint in the robot file; empty for a joint without a drive."""
+    draft: Draft, joint: Joint, kind: str, wheels: Sequence[RobotWheel], drivetrain: Drivetrain | None
+) -> DriveKeys | None:
+    """Return the drive of a joint in the robot file; None for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in driven if wheel.joint == joint.name), None)
     radii = [each.radius for each in wheels if not each.caster] or [each.radius for each in driven]
-    scrub = draft.urdf.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
+    scrub = draft.description.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
     if kind == "velocity":
-        drive: dict[str, Any] = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
+        drive: DriveKeys = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if drivetrain is not None and wheel is not None and drivetrain.base.kinematics in ("mecanum", "omni"):
             acceleration = float(drivetrain.base.parameters.get("acceleration") or _ACCELERATION)
             drive["max_acceleration"] = gain(acceleration / wheel.radius)  # their controllers have no ramps
-        return {"drive": drive}
+        return drive
     if kind == "position":
         gains = servo(joint)
         if drivetrain is not None and joint in drivetrain.steering:
             stiffness = max(scrub / _ANGLE_ERROR, gains["stiffness"] if joint.effort is not None else 0.0)
             gains = {"stiffness": gain(stiffness), "damping": gain(stiffness / 10)}
-        return {"drive": gains}
-    return {}
+        return gains
+    return None
 
 
-def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
+def _bounds(joint: Joint, drive: DriveKeys | None, commands: JointCommands) -> JointKeys:
     """Return the start position and limits that commands give a joint, as keys of the joint in the robot file.
 
     A velocity range is written into `drive` as `max_velocity`.
     """
-    keys: dict[str, Any] = {}
+    keys: JointKeys = {}
     if commands.start:
         keys["start"] = commands.start
     speeds = [abs(end) for end in commands.ranges.get("velocity", ()) if end]

@@ -5,30 +5,31 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.descriptions.files.xml import Element, number
-from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import scalar
 
 
-def fill(draft: Draft) -> None:
+def report_unused(draft: Draft) -> None:
     """Add a remark to `draft.lost` for each kind of element that was not used."""
-    root = draft.urdf.element
+    root = draft.description.element
     unused = [element for element in root.children if not draft.used(element)]
     for tag in ("transmission", "ros2_control"):
         if found := [element for element in unused if element.tag == tag]:
             names = _names([each.get("name") for each in found])
-            draft.lost.append(Remark(f"{tag} {names}: it lists no moving joint", found[0].span))
+            draft.lose(f"{tag} {names}: it lists no moving joint", found[0].span)
     _gazebo(draft, [element for element in unused if element.tag == "gazebo"])
-    parts = [part for joint in draft.urdf.joints.values() for part in joint.element.children if not draft.used(part)]
+    parts = [
+        part for joint in draft.description.joints.values() for part in joint.element.children if not draft.used(part)
+    ]
     for tag in ("safety_controller", "calibration"):
         if found := [part for part in parts if part.tag == tag]:
-            draft.lost.append(Remark(f"{tag} of joints", found[0].span))
+            draft.lose(f"{tag} of joints", found[0].span)
     if textures := [element for element in root.walk() if element.tag == "texture"]:
-        draft.lost.append(Remark("textures of materials", textures[0].span))
-    moving = [part for joint in draft.urdf.moving() for part in joint.element.children if not draft.used(part)]
+        draft.lose("textures of materials", textures[0].span)
+    moving = [part for joint in draft.description.moving() for part in joint.element.children if not draft.used(part)]
     if fast := [p for p in moving if p.tag == "limit" and (number(p.get("velocity")) or 0.0) > 0]:
-        text = "velocity limits of joints without a drive, which have no set point to limit"
-        draft.lost.append(Remark(text, fast[0].span))
+        draft.lose("velocity limits of joints without a drive, which have no set point to limit", fast[0].span)
 
 
 def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
@@ -40,7 +41,7 @@ def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
             alike.setdefault(", ".join(map(_described, left)) or "nothing", []).append(gazebo)
     for what, found in alike.items():
         owners = _names([name for element in found if (name := element.get("reference"))])
-        draft.lost.append(Remark(f"gazebo {what}: {owners}" if owners else f"gazebo {what}", found[0].span))
+        draft.lose(f"gazebo {what}: {owners}" if owners else f"gazebo {what}", found[0].span)
 
 
 def _described(element: Element) -> str:

@@ -17,8 +17,9 @@ from graphengine.bringup.robots.skid_steering import GRAVITY, OFF_CENTRE
 from graphengine.bringup.robots.trial import FLOOR_FRICTION, trial_model, trial_spec
 from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents
-from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, WheelShape
-from graphengine.descriptions.urdf.urdf import WORLD
+from graphengine.descriptions.robot_description import WORLD
+from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
+from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.format.wording import printable
 from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.model.robot import RobotInstance
@@ -48,30 +49,29 @@ NEAR = 0.01
 """A link that reaches down to this height (m) above the floor counts as touching it, because the robot can pitch."""
 
 
-def fill(draft: Draft) -> None:
+def add_rest(draft: Draft) -> None:
     """Add remarks on how a wheeled robot rests on a floor; links that rest but do not roll forward become frictionless."""
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.drags]
     driven = [wheel for wheel in standing if not wheel.swivels]
-    if draft.fixed_base or draft.urdf.root == WORLD:
+    if draft.fixed_base or draft.description.root == WORLD:
         return
     _tell_lifted(draft)
     if not driven:
         return
-    if len(draft.urdf.moving()) > MOST_JOINTS:
-        text = f"with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor"
-        draft.noticed.append(Remark(text))
+    if len(draft.description.moving()) > MOST_JOINTS:
+        draft.notice(f"with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor")
         return
     trial = trial_spec(draft)
     model = _model(draft, *trial) if trial is not None else None
     if model is None:
         return
     data = _at_rest(model)
-    if data is None or data.body(draft.urdf.root).xmat[8] < FALLEN:
-        draft.noticed.append(Remark("on a flat floor the robot does not come to rest on its wheels"))
+    if data is None or data.body(draft.description.root).xmat[8] < FALLEN:
+        draft.notice("on a flat floor the robot does not come to rest on its wheels")
         return
-    tilt = math.degrees(math.acos(min(float(data.body(draft.urdf.root).xmat[8]), 1.0)))
+    tilt = math.degrees(math.acos(min(float(data.body(draft.description.root).xmat[8]), 1.0)))
     if tilt > LEANING:
-        draft.noticed.append(Remark(f"on a flat floor the robot leans by {tilt:.1f} degrees"))
+        draft.notice(f"on a flat floor the robot leans by {tilt:.1f} degrees")
     _tell_centre(draft, model, data, driven)
     wheels = {link for wheel in standing for link in (wheel.link, *wheel.rollers.links)}
     forces = _forces(model, data)
@@ -91,7 +91,7 @@ def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.Mj
     options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
     carrying: set[str] = set()
     for wheel in draft.wheels.values():
-        carrying |= {*wheel.rollers.joints, *(joint.name for joint in draft.urdf.carriers(wheel.link))}
+        carrying |= {*wheel.rollers.joints, *(joint.name for joint in draft.description.carriers(wheel.link))}
     for moving in robot.moving:
         if moving.name not in carrying and moving.name not in robot.drives:
             spec.joint(moving.name).damping[0] = STIFF
@@ -135,16 +135,16 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
 def _tell_lifted(draft: Draft) -> None:
     """Add a remark if none of the driven wheels of a base reaches down as far as another link does."""
     lowest = min(draft.standing, key=draft.standing.__getitem__, default="")
-    driven = [wheel for wheel in draft.wheels.values() if _has_drive(draft, wheel)]
-    if GRAPH not in draft.sections["graphs"] or not lowest or not driven or any(wheel.on_floor for wheel in driven):
+    driven = [wheel for wheel in draft.wheels.values() if "drive" in draft.joints[wheel.joint].value]
+    if GRAPH not in draft.graphs or not lowest or not driven or any(wheel.on_floor for wheel in driven):
         return
     height = min(wheel.centre[2] - wheel.radius for wheel in driven) - draft.standing[lowest]
     text = f"the driven wheels are {1000 * height:.3g} mm above the lowest collider, that of {printable(lowest)}"
-    colliders = draft.urdf.links[lowest].colliders
-    draft.noticed.append(Remark(f"{text}; they may not reach the floor", colliders[0].span if colliders else None))
+    colliders = draft.description.links[lowest].colliders
+    draft.notice(f"{text}; they may not reach the floor", colliders[0].span if colliders else None)
 
 
-def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float]) -> None:
+def _tell_idle(draft: Draft, standing: list[RobotWheel], forces: dict[str, float]) -> None:
     """Add a remark on wheels near the floor that carry no weight, because others reach further down."""
     weight = sum(forces.values())
     idle = [
@@ -154,19 +154,19 @@ def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float
     ]
     if idle:
         text = f"wheels that carry no weight, as others reach further down: {', '.join(map(printable, idle))}"
-        draft.noticed.append(Remark(f"{text}; they do not drive the base, and a mecanum base slides on a slope"))
+        draft.notice(f"{text}; they do not drive the base, and a mecanum base slides on a slope")
 
 
 def _tell_slipping(
-    draft: Draft, wheels: list[WheelShape], model: mujoco.MjModel, data: mujoco.MjData, forces: dict[str, float]
+    draft: Draft, wheels: list[RobotWheel], model: mujoco.MjModel, data: mujoco.MjData, forces: dict[str, float]
 ) -> None:
     """Add remarks on limits of the acceleration with which the driven wheels slip as the robot drives forward."""
-    graph = draft.sections["graphs"].get(GRAPH)
+    graph = draft.graphs.get(GRAPH)
     known = graph.value["parameters"] if graph is not None else {}
     frictions = {
         link: _friction(draft, link)
         for wheel in wheels
-        if _has_drive(draft, wheel)
+        if "drive" in draft.joints[wheel.joint].value
         for link in (wheel.link, *wheel.rollers.links)
     }
     held = _held(frictions, forces)
@@ -181,7 +181,7 @@ def _tell_slipping(
         grip = held / (1.0 - share)
         if limit > grip:
             text = f"the driven wheels grip up to {grip:.2g} m/s2 as the robot {verb}, and slip beyond, "
-            draft.noticed.append(Remark(f"{text}so it {verb} later than with {name} {limit:g} m/s2"))
+            draft.notice(f"{text}so it {verb} later than with {name} {limit:g} m/s2")
 
 
 def _held(frictions: Mapping[str, float], forces: Mapping[str, float]) -> float:
@@ -206,24 +206,17 @@ def _forces_under(model: mujoco.MjModel, data: mujoco.MjData, along: float) -> d
     return forces
 
 
-def _has_drive(draft: Draft, wheel: WheelShape) -> bool:
-    """Return whether the robot file gives the joint of a wheel a drive."""
-    entry = draft.sections["joints"].get(wheel.joint)
-    return entry is not None and "drive" in entry.value
-
-
 def _friction(draft: Draft, link: str) -> float:
     """Return the friction between a link and the floor, along the direction of the link's material."""
-    materials = (entry.value for entry in draft.sections["materials"].values())
-    found = (float(each["dynamic_friction"]) for each in materials if link in each.get("bind", ()))
-    return min(next(found, FLOOR_FRICTION), FLOOR_FRICTION)
+    bound = draft.bound()
+    return min(bound[link]["dynamic_friction"], FLOOR_FRICTION) if link in bound else FLOOR_FRICTION
 
 
 def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
     """Return the names of links whose colliders reach down to less than `NEAR` above the floor."""
     floor, solid = data.geom_xpos[model.geom_bodyid == 0][0][2], np.flatnonzero(collides(model))
     found: list[str] = []
-    for link in draft.urdf.links:
+    for link in draft.description.links:
         body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, link)
         reach = extents(model, data, solid[model.geom_bodyid[solid] == body]) if body > 0 else None
         if reach is not None and reach[0][2] < floor + NEAR:
@@ -245,52 +238,50 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
     for link, force in resting.items():
         rolls = "rolls only sideways" if link in dragging else "does not roll"
         text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which {rolls}"
-        colliders = draft.urdf.links[link].colliders
-        draft.noticed.append(Remark(text, colliders[0].span if colliders else None))
+        colliders = draft.description.links[link].colliders
+        draft.notice(text, colliders[0].span if colliders else None)
     _slide(draft, resting)
     if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
-        entry = draft.entry("materials", NAME)
-        entry.comments.append(
-            "without friction: links that touch the floor and do not roll forward would brake the robot"
-        )
-        entry.value = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": links}
+        comment = "without friction: links that touch the floor and do not roll forward would brake the robot"
+        draft.materials[NAME] = Entry(material(0.0, "min", links), [comment])
 
 
 def _slide(draft: Draft, resting: Collection[str]) -> None:
     """Let links with friction that rest on the floor slide by Coulomb's law; MuJoCo's own contacts would make them jump."""
-    for name, entry in [*draft.sections["materials"].items()]:
-        bound, friction = entry.value.get("bind", ()), entry.value.get("dynamic_friction")
-        links = [link for link in bound if link in resting]
+    for name, entry in [*draft.materials.items()]:
+        friction = entry.value["dynamic_friction"]
+        links = [link for link in entry.value["bind"] if link in resting]
         if not links or not friction or "direction" in entry.value:
             continue
-        steady = {
+        steady: MaterialKeys = {
             "across": friction,
             "direction": [1.0, 0.0, 0.0],
-            "expressed_in": draft.urdf.root,
+            "expressed_in": draft.description.root,
             "steady_sliding": True,
+            "bind": links,
         }
         comments = [*entry.comments, "they rest on the floor and do not roll, so they slide with an even load"]
-        draft.sections["materials"][f"{name}_sliding"] = Entry(entry.value | steady | {"bind": links}, comments)
+        draft.materials[f"{name}_sliding"] = Entry(entry.value | steady, comments)
         draft.unbind(name, links)
 
 
-def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[WheelShape]) -> None:
+def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[RobotWheel]) -> None:
     """Add remarks on a centre of mass to one side of the wheels' middle, and ahead of or behind it for skid-steered bases."""
-    root = data.body(draft.urdf.root)
+    root = data.body(draft.description.root)
     centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
-    axle, places = np.array(driven[0].axis), np.array([wheel.centre for wheel in driven])
+    axle, places = np.array(driven[0].axle), np.array([wheel.centre for wheel in driven])
     off = _off_centre(places @ axle, float(centre @ axle))
     if off:
         text = f"the centre of mass lies {abs(off) * 1000:.0f} mm to one side of the middle of its wheels, "
         text += "so the base drifts when wheels slip, as those of a skid-steer base do in a turn"
-        draft.noticed.append(Remark(text))
+        draft.notice(text)
     ahead = np.cross(axle, (0.0, 0.0, 1.0))
     off = _off_centre(places @ ahead, float(centre @ ahead)) * math.copysign(1.0, ahead[0])
     if off and draft.controller_track is not None:
         side = "ahead of" if off > 0.0 else "behind"
         text = f"the centre of mass lies {abs(off) * 1000:.0f} mm {side} the middle of its wheels, so the skid-steered base "
         text += f"turns about a point {side} its middle, with a shorter track than with even loads"
-        draft.noticed.append(Remark(text))
+        draft.notice(text)
 
 
 def _off_centre(wheels: Floats, centre: float) -> float:

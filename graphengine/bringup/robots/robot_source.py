@@ -71,7 +71,7 @@ def read_source(
         if xacro.is_xacro(path, root):
             whole = xacro.expand(path, wishes.arguments, packages, findings, without=wishes.without)
         model = read_sdf(path, whole, packages, findings, wishes.model) if whole is not None else None
-        return _checked(model, wishes, packages, findings, before) if model is not None else None
+        return _checked(model.element, wishes, packages, findings, before) if model is not None else None
     if not xacro.is_xacro(path, root):
         drop_meshes(root, wishes.without, findings)
         report_mesh_packages(root, packages, findings)

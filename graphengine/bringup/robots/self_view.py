@@ -12,7 +12,8 @@ import numpy as np
 
 from graphengine.bringup.robots.trial import trial_model, trial_spec
 from graphengine.descriptions.engine import body_names, mujoco
-from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
@@ -28,10 +29,10 @@ MOST_BLOCKED = 0.2
 """Fraction of blocked beams beyond which a sensor gets `sees_own_robot: false`."""
 
 
-def fill(draft: Draft) -> None:
+def check_self_view(draft: Draft) -> None:
     """Add `sees_own_robot: false` to sensors whose own robot blocks many of their beams; report sensors with blocked beams."""
     kinds = [kind for kind, known in IMPLEMENTATIONS.all.items() if issubclass(known.handle, RaySensor)]
-    casting = {name: entry for name, entry in draft.sections["sensors"].items() if entry.value.get("type") in kinds}
+    casting = {name: entry for name, entry in draft.sensors.items() if entry.value.get("type") in kinds}
     simulation = _alone(draft) if casting else None
     if simulation is None:
         return
@@ -47,13 +48,13 @@ def fill(draft: Draft) -> None:
             _report(draft, name, casting[name], float(np.mean(blocked)), listing(links, "by"))
 
 
-def _report(draft: Draft, name: str, entry: Entry, share: float, by: str) -> None:
+def _report(draft: Draft, name: str, entry: Entry[SensorKeys], share: float, by: str) -> None:
     text = f"the robot itself blocks {share:.0%} of the beams of {name} within {CLOSE} m, {by}"
     if share > MOST_BLOCKED:
         entry.value["sees_own_robot"] = False
         entry.comments.append(text)
         text += "; with sees_own_robot: false, its beams pass through the robot"
-    draft.noticed.append(Remark(text))
+    draft.notice(text)
 
 
 def _alone(draft: Draft) -> Simulation | None:

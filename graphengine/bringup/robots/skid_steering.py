@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from graphengine.bringup.robots.base import Base, Grip
-from graphengine.bringup.robots.base_wheels import BaseWheel
-from graphengine.descriptions.robot_files.draft import Draft, Remark
-from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.robot_description import RobotDescription
+from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
+from graphengine.descriptions.robot_files.entries import MaterialKeys
 from graphengine.devices.rotation import rotate
 
 NAME = "wheels"
@@ -42,7 +42,7 @@ SMALL = 0.75
 """Largest radius of a caster without a drive, as a fraction of the radius of the driven wheels."""
 
 
-def casters(driven: Sequence[BaseWheel], parallel: Sequence[BaseWheel]) -> list[BaseWheel]:
+def casters(driven: Sequence[RobotWheel], parallel: Sequence[RobotWheel]) -> list[RobotWheel]:
     """Return the parallel wheels that stand in for casters: no drive, and small or named so, beside one driven axle."""
     names = {wheel.joint for wheel in driven}
     limit = SMALL * max(wheel.radius for wheel in driven)
@@ -75,7 +75,7 @@ def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wh
             if aside <= OFF_CENTRE * track:
                 return Grip(ALONG, ALONG, f"equal in all directions, as the track {told:.4g} m of {base.source} needs")
             reason = "it needs equal friction, with which the base would turn about a point to one side, as its mass lies there"
-            draft.lost.append(Remark(f"{base.source}: the track {told:.4g} m for turns: {reason}", base.span))
+            draft.lose(f"{base.source}: the track {told:.4g} m for turns: {reason}", base.span)
             return Grip(ALONG, round(across, 3), _ONE_TRACK, replaces_track=True)
     return Grip(ALONG, round(across, 3), _ONE_TRACK)
 
@@ -104,28 +104,26 @@ def effective_track(track: float, wheelbase: float, ratio: float) -> float:
 
 def _described(draft: Draft, links: Sequence[str]) -> Grip | None:
     """Return the friction that the description gives to the wheels; None unless it gives the same friction to all of them."""
-    materials = [entry.value for entry in draft.sections["materials"].values()]
-    found = {
-        _along_and_across(draft, each, link) for link in links for each in materials if link in each.get("bind", ())
-    }
-    bound = {link for each in materials for link in each.get("bind", ())}
-    if len(found) != 1 or not bound >= set(links):
+    bound = draft.bound()
+    found = {_along_and_across(draft, bound[link], link) if link in bound else None for link in links}
+    first = found.pop()
+    if found or first is None:
         return None
-    along, across = found.pop()
+    along, across = first
     return Grip(along, across, "of mu1 and mu2 in the description", described=True) if along > 0.0 else None
 
 
-def _along_and_across(draft: Draft, value: Mapping[str, Any], link: str) -> tuple[float, float]:
-    first = float(value["dynamic_friction"])
-    second = float(value.get("across", draft.second_frictions.get(link, first)))
-    if "direction" in value and not _rolls_along(draft.urdf, value):
+def _along_and_across(draft: Draft, value: MaterialKeys, link: str) -> tuple[float, float]:
+    first = value["dynamic_friction"]
+    second = value.get("across", draft.second_frictions.get(link, first))
+    if "direction" in value and not _rolls_along(draft.description, value):
         return second, first
     return first, second
 
 
-def _rolls_along(urdf: Urdf, value: Mapping[str, Any]) -> bool:
+def _rolls_along(description: RobotDescription, value: MaterialKeys) -> bool:
     """Return whether the direction of a material is nearer to the root link's x axis than to its y axis."""
-    turn = urdf.pose_in_root(value["expressed_in"])[1] if value.get("expressed_in") else (0.0, 0.0, 0.0, 1.0)
+    turn = description.pose_in_root(value["expressed_in"])[1] if value.get("expressed_in") else (0.0, 0.0, 0.0, 1.0)
     x, y, z = value["direction"]
     forward, left, _ = rotate(turn, (x, y, z))
     return abs(forward) >= abs(left)
@@ -153,9 +151,9 @@ def guess_limits(draft: Draft, grip: Grip, known: Mapping[str, Any], rim_speed: 
         outcome = f"arcs then need at most {HELD:g} of the grip across the wheels"
         if speed * turn > 1.001 * budget:
             outcome = f"with accelerations above {budget:.2g} m/s2 towards the centre, arcs slide outwards"
-        draft.guessed.append(Remark(f"limits of the skid-steered base: {shown}; {outcome}"))
+        draft.guess(f"limits of the skid-steered base: {shown}; {outcome}")
     if grip.across < _STEEP:
         slope = math.degrees(math.atan(grip.across))
         text = f"parked across a slope, the robot slides from {slope:.1f} degrees on: friction {grip.across:g} across its wheels"
-        draft.noticed.append(Remark(text))
+        draft.notice(text)
     return found

@@ -12,14 +12,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.sax.saxutils import quoteattr
 
-from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.descriptions.robot_description import Joint
 
 PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
 STATES, COMMANDS = "topic_based_joint_states", "topic_based_joint_commands"
 """Topics, without a leading slash; states are not on `joint_states`, because joint_state_broadcaster publishes that topic."""
 
 
-def block(name: str, joints: Sequence[UrdfJoint], starts: Mapping[str, float]) -> str:
+def block(name: str, joints: Sequence[Joint], starts: Mapping[str, float]) -> str:
     """Return the `<ros2_control>` element as XML, indented for the body of a `<robot>`.
 
     Args:

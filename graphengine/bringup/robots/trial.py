@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from graphengine.descriptions.description_reader import robot_file
 from graphengine.descriptions.engine import REFUSALS, compiled, mujoco
+from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.robot_files.draft import Draft
-from graphengine.descriptions.robot_files.writer import render
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document
 from graphengine.format.spec import RobotUse
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.robot import RobotInstance, load_robot
@@ -25,16 +24,35 @@ def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
     """
     if draft.library is None:
         return None
-    scratch = Findings()
-    file = robot_file(render(draft), Path(f"{draft.name}.yaml"), scratch)
-    (placement,) = place(draft.name, RobotUse(use=f"{draft.name}.yaml"))
-    reported, draft.library.findings = draft.library.findings, scratch
+    reported, draft.library.findings = draft.library.findings, Findings()
     try:
-        robot = load_robot(placement, file, draft.library, draft.urdf) if file is not None else None
-        spec = robot_spec(robot, draft.library, FLOOR_FRICTION, scratch) if robot is not None else None
+        return checked_spec(draft, draft.library, f"{draft.name}.yaml")
     finally:
         draft.library.findings = reported
+
+
+def checked_spec(
+    draft: Draft, library: Library, use: str, document: Document | None = None
+) -> tuple[mujoco.MjSpec, RobotInstance] | None:
+    """Return the robot that a draft describes; None after an error, which is added to the findings of the library.
+
+    Args:
+        draft: draft of the robot file.
+        library: reads the meshes.
+        use: path of the robot file.
+        document: positions in the robot file, for findings.
+    """
+    file = robot_file(draft, library.findings, document)
+    (placement,) = place(draft.name, RobotUse(use=use))
+    robot = load_robot(placement, file, library, draft.description) if file is not None else None
+    spec = robot_spec(robot, library, FLOOR_FRICTION, library.findings) if robot is not None else None
     return (spec, robot) if spec is not None and robot is not None else None
+
+
+def trial(draft: Draft) -> mujoco.MjModel | None:
+    """Return the compiled model of a draft's robot; None if the draft has errors or MuJoCo refuses the model."""
+    found = trial_spec(draft)
+    return trial_model(draft, found[0]) if found is not None else None
 
 
 def trial_model(draft: Draft, spec: mujoco.MjSpec) -> mujoco.MjModel | None:

@@ -1,4 +1,4 @@
-"""Finds the wheels of a robot, including wheels with mesh colliders, and replaces colliders that do not roll smoothly."""
+"""Finds the wheels of a robot, replaces colliders that do not roll smoothly, and gives wheels a material with full grip."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from graphengine.bringup.robots.trial import trial_model, trial_spec
+from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents, mesh_vertices
-from graphengine.descriptions.robot_files.draft import Draft, Remark, WheelShape, rounded
-from graphengine.descriptions.urdf.rollers import NO_ROLLERS, rollers_of
-from graphengine.descriptions.urdf.shapes import Cylinder, kind_of
-from graphengine.descriptions.urdf.urdf import TURNING, UrdfJoint
+from graphengine.descriptions.robot_description import TURNING, Joint
+from graphengine.descriptions.robot_files.draft import ALIGNED, Draft, Remark, RobotWheel, rounded
+from graphengine.descriptions.robot_files.entries import Entry, WheelKeys, material
+from graphengine.descriptions.rollers import NO_ROLLERS, rollers_of
+from graphengine.descriptions.shapes import Cylinder, kind_of
 from graphengine.devices.rotation import Vector3, rotate
+from graphengine.format.wording import printable
 
 WIDE = 8 * math.pi
 """A revolute joint with a larger range (rad) counts as continuous; the value is four turns."""
@@ -28,8 +30,6 @@ EQUAL = 0.005
 """Maximum relative difference of the radii of meshes of equal wheels."""
 LEVEL = 0.3
 """Maximum cosine of the angle between the axis of a wheel on the floor and the vertical."""
-ALIGNED = 0.99
-"""Minimum cosine of the angle between the axis of a cylindrical wheel and the axis of its joint."""
 STANDING = 0.02
 """A link that reaches down to this height (m) above the lowest collider counts as standing on the floor."""
 PLUMB = 0.9
@@ -37,13 +37,13 @@ PLUMB = 0.9
 _DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
 _TURNS = ([0, 1, 2], [2, 0, 1], [1, 2, 0])
 """Orders of coordinates that turn a circle into the planes of the three axes."""
+MATERIAL = "WheelMaterial"
+_FULL_GRIP = 1.0
 
 
-def fill(draft: Draft) -> None:
+def find_wheels(draft: Draft) -> None:
     """Find the wheels, and add `wheel_colliders` entries for wheels whose colliders do not roll smoothly."""
-    trial = trial_spec(draft)
-    model = trial_model(draft, trial[0]) if trial is not None else None
-    if model is None:
+    if (model := trial(draft)) is None:
         return
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -56,12 +56,12 @@ def fill(draft: Draft) -> None:
         geoms[int(model.geom_bodyid[geom])].append(geom)
     for body, colliders in geoms.items():
         if (reach := extents(model, data, colliders)) is not None and reach[0][2] < below[0][2] + STANDING:
-            draft.standing[model.body(body).name] = float(reach[0][2] - data.body(draft.urdf.root).xpos[2])
-    axes = draft.urdf.axes_in_root()
-    swivelling, rollers = _swivelling(draft, axes), rollers_of(draft.urdf)
+            draft.standing[model.body(body).name] = float(reach[0][2] - data.body(draft.description.root).xpos[2])
+    axes = draft.description.axes_in_root()
+    swivelling, rollers = _swivelling(draft, axes), rollers_of(draft.description)
     rolling = {name for each in rollers.values() for name in each.joints}
     known = set(body_names(model))
-    for joint in filter(turns_on, draft.urdf.moving()):
+    for joint in filter(turns_on, draft.description.moving()):
         if joint.child not in known or joint.name in rolling:  # a frame between two joints of one body
             continue
         own = rollers.get(joint.name, NO_ROLLERS)
@@ -86,7 +86,7 @@ def _equalize(draft: Draft) -> None:
         draft.wheels[wheel.joint] = replace(wheel, radius=sum(alike) / len(alike))
 
 
-def turns_on(joint: UrdfJoint) -> bool:
+def turns_on(joint: Joint) -> bool:
     """Return whether a joint is a rotating joint without limits, or with a range larger than `WIDE`."""
     limits = joint.limits
     return joint.type in TURNING and (limits is None or limits[1] - limits[0] > WIDE)
@@ -94,7 +94,7 @@ def turns_on(joint: UrdfJoint) -> bool:
 
 def _wheel(
     draft: Draft,
-    joint: UrdfJoint,
+    joint: Joint,
     axis: Vector3,
     model: mujoco.MjModel,
     data: mujoco.MjData,
@@ -102,7 +102,7 @@ def _wheel(
     lowest: float,
     *,
     rollers: bool,
-) -> WheelShape | None:
+) -> RobotWheel | None:
     """Return the wheel that a joint turns; None if the colliders of the joint's child link are not round about its axis.
 
     Args:
@@ -122,20 +122,20 @@ def _wheel(
             draft.noticed.append(crooked)
         return None
     points = [_surface(model, data, geom) for geom in geoms]
-    root = data.body(draft.urdf.root)
+    root = data.body(draft.description.root)
     axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]
     if not points or (size := _size(np.concatenate(points) - joint_at, axle, rollers=rollers)) is None:
         return None
     radius, width, offset = size
     centre = joint_at + axle * offset
     on_floor = bool(centre[2] - radius < lowest + 0.25 * radius + 0.002 and abs(axle[2]) < LEVEL)
-    kinds = {kind_of(collider.geometry) for collider in draft.urdf.links[joint.child].colliders}
+    kinds = {kind_of(collider.geometry) for collider in draft.description.links[joint.child].colliders}
     tag = kinds.pop() if len(kinds) == 1 else "mesh"
     if not on_floor and not rollers and (tag not in ("cylinder", "sphere") or joint.type != "continuous"):
         return None  # a roll of an arm, a lidar that spins
     in_root = root.xmat.reshape(3, 3).T @ (centre - root.xpos)
     place = (float(in_root[0]), float(in_root[1]), float(in_root[2]))
-    return WheelShape(joint.name, joint.child, radius, width, offset, axis, place, tag, on_floor)
+    return RobotWheel(joint.name, joint.child, radius, width, offset, axis, place, tag, on_floor)
 
 
 def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
@@ -182,8 +182,8 @@ def _size(points: Floats, axle: Floats, *, rollers: bool) -> tuple[float, float,
 def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
     """Return the names of joints that swivel: uncommanded vertical joints without limits, and uncommanded joints below them."""
     commanded, found = _commanded(draft), set[str]()
-    for joint in (joint for link in draft.urdf.depth_first() for joint in link.below):
-        above = draft.urdf.links[joint.parent].carrier
+    for joint in (joint for link in draft.description.depth_first() for joint in link.below):
+        above = draft.description.links[joint.parent].carrier
         hangs = above is not None and above.name in found
         if joint.name not in commanded and (hangs or (turns_on(joint) and abs(axes[joint.name][2]) > PLUMB)):
             found.add(joint.name)
@@ -196,7 +196,7 @@ def _commanded(draft: Draft) -> set[str]:
     The result also contains other texts of the plugins.
     """
     found: set[str] = set()
-    for owner in draft.urdf.element.children:
+    for owner in draft.description.element.children:
         if owner.tag == "transmission":
             found |= {joint.get("name") for joint in owner.all("joint")}
         elif owner.tag == "ros2_control":
@@ -209,33 +209,30 @@ def _commanded(draft: Draft) -> set[str]:
     return found
 
 
-def _shape(draft: Draft, wheel: WheelShape) -> None:
+def _shape(draft: Draft, wheel: RobotWheel) -> None:
     """Add an ellipsoid as the collider of a wheel on the floor, unless the wheel is a sphere.
 
     The corners of a mesh and the rims of a cylinder would not roll smoothly.
     """
-    colliders = draft.urdf.links[wheel.link].colliders
+    colliders = draft.description.links[wheel.link].colliders
     if not wheel.on_floor or wheel.collider == "sphere" or wheel.rollers.links:
         return
-    first = not draft.sections["wheel_colliders"]
-    entry = draft.entry("wheel_colliders", wheel.link)
-    if first:
-        entry.comments.append(
-            "ellipsoids touch the floor at one point each; the rims of a cylinder would scrub in a turn"
-        )
+    why = "ellipsoids touch the floor at one point each; the rims of a cylinder would scrub in a turn"
+    comments = [] if draft.wheel_colliders else [why]
     if wheel.collider == "cylinder" and len(colliders) == 1:
-        entry.value = "ellipsoid"
+        draft.wheel_colliders[wheel.link] = Entry("ellipsoid", comments)
         return
-    entry.value = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
+    value: WheelKeys = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
     if abs(wheel.offset) > 1e-4:
-        entry.value["offset"] = rounded(wheel.offset, 6)
+        value["offset"] = rounded(wheel.offset, 6)
+    draft.wheel_colliders[wheel.link] = Entry(value, comments)
     text = f"wheel {wheel.link}: an ellipsoid of radius {wheel.radius:.4g} m rolls in place of its {wheel.collider}"
-    draft.guessed.append(Remark(text, colliders[0].span))
+    draft.guess(text, colliders[0].span)
 
 
-def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
+def _crooked(draft: Draft, joint: Joint) -> Remark | None:
     """Return a remark if a joint turns a cylinder about an axis other than the cylinder's own; else None."""
-    colliders = draft.urdf.links[joint.child].colliders
+    colliders = draft.description.links[joint.child].colliders
     if len(colliders) != 1 or not isinstance(colliders[0].geometry, Cylinder):
         return None
     own = rotate(colliders[0].pose[1], (0.0, 0.0, 1.0))
@@ -245,3 +242,16 @@ def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
     angle = math.degrees(math.acos(cosine))
     text = f"joint {joint.name} turns the cylinder of {joint.child} about an axis {angle:.0f} degrees off its own: no wheel"
     return Remark(text, colliders[0].span)
+
+
+def add_wheel_material(draft: Draft) -> None:
+    """Bind the material to each wheel that rolls on the floor, is not a caster's wheel, and has no material yet."""
+    bound = draft.bound()
+    wheels = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.swivels and not wheel.drags]
+    links = [link for wheel in wheels for link in wheel.rollers.links or (wheel.link,)]
+    links = [link for link in dict.fromkeys(links) if link not in bound]
+    if not links or MATERIAL in draft.materials:
+        return
+    comment = "full grip; `max` selects the larger of this friction and the floor's"
+    draft.guess(f"friction of wheels: {_FULL_GRIP:g} on any floor: {', '.join(map(printable, links))}")
+    draft.materials[MATERIAL] = Entry(material(_FULL_GRIP, "max", links), [comment])

@@ -8,14 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.common import (
-    add_file_arguments,
-    add_repeatable,
-    chosen_distro,
-    clean,
-    open_scene,
-    refuse_to_overwrite,
-)
+from graphengine.cli.common import add_file_arguments, chosen_distro, clean, open_scene, refuse_to_overwrite
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.progress import share_of
 from graphengine.cli.quantities import angle, number
 from graphengine.format.errors import UsageError
@@ -32,9 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="folder to write the files to")
     add_repeatable(parser, "--robot", "NAME", "robot that Nav2 drives (default: all robots)", dest="robots")
-    parser.add_argument(
-        "--slam", action="store_true", help="use slam_toolbox, which makes the map, instead of map_server and AMCL"
-    )
+    add_flag(parser, "--slam", "use slam_toolbox, which makes the map, instead of map_server and AMCL")
     parser.add_argument(
         "--controller", choices=("dwb", "mppi", "rpp"), help="controller of Nav2 (default: dwb; rpp for a car)"
     )
@@ -45,10 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     busy = (
         "tolerate a machine on which the simulation slows Nav2 down: longer timeouts, lower rates; not for real robots"
     )
-    parser.add_argument("--busy", action="store_true", help=busy)
+    add_flag(parser, "--busy", busy)
     skip = "do not measure the robot's odometry errors and speeds; AMCL's noise parameters then assume good odometry"
-    parser.add_argument("--no-calibrate", action="store_true", help=skip)
-    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    add_flag(parser, "--no-calibrate", skip)
+    add_flag(parser, "--force", "overwrite existing files")
 
 
 def execute(arguments: argparse.Namespace) -> int:

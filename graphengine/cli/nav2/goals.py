@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from graphengine.cli import terminal
 from graphengine.cli.common import clean, table
-from graphengine.cli.live import POLL, Live, absolute_namespace, add_live_arguments, show
+from graphengine.cli.live import FEEDBACK, POLL, Live, absolute_namespace, add_live_arguments, show
+from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import angle, duration, number
 from graphengine.format.errors import ControlError, TransportError, UsageError
 from graphengine.format.wording import listing
@@ -40,8 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--patience", metavar="TIME", type=duration, default=300.0, help=patience)
     wait = "maximum wall time to wait until Nav2 appears, and again until it accepts the first goal (default 60s)"
     parser.add_argument("--wait", metavar="TIME", type=duration, default=60.0, help=wait)
-    pose = "do not publish the robot's true pose on `initialpose` before the first goal"
-    parser.add_argument("--no-initial-pose", action="store_true", help=pose)
+    add_flag(parser, "--no-initial-pose", "do not publish the robot's true pose on `initialpose` before the first goal")
     parser.add_argument(
         "--run", metavar="NAME|PID", default="", help="run that simulates the robot (default: the only one)"
     )
@@ -171,9 +171,8 @@ def _servers(live: Live) -> list[str]:
     """Return the names of the NavigateToPose actions on the network, sorted; a server is found by its feedback publisher."""
     from graphengine.bringup.navigation.navigator import ACTION
 
-    ending = f"/{ACTION}/_action/feedback"
-    ends = (end for end in live.graph_now().endpoints if end.direction == "publish" and end.topic.endswith(ending))
-    return sorted({end.topic.removesuffix("/_action/feedback") for end in ends})
+    published = {end.topic for end in live.graph_now().endpoints if end.direction == "publish"}
+    return sorted(topic.removesuffix(FEEDBACK) for topic in published if topic.endswith(f"/{ACTION}{FEEDBACK}"))
 
 
 @contextlib.contextmanager

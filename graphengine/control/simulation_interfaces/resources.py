@@ -13,7 +13,6 @@ from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, NotFoundError
 from graphengine.format.spec_reader import kind_of
-from graphengine.scene.loaded_scene import LoadedScene
 
 FORMATS = ("urdf", "xacro", "mjcf", "graphengine")
 """Resource formats that SimulatorFeatures lists; `graphengine` is the format of robot files."""
@@ -26,11 +25,12 @@ MAX_LISTED = 1000
 """Maximum number of spawnable files that a response lists."""
 
 
-def use_of(scene: LoadedScene, uri: str, text: str) -> str:
+def use_of(files: Files, folder: Path, uri: str, text: str) -> str:
     """Return a resource as the value of the key `use` in a scene file.
 
     Args:
-        scene: scene in which an entity is spawned.
+        files: says which files may be read.
+        folder: folder of the scene, to which paths are relative.
         uri: path or `file://` URI of the resource; empty if `text` is given.
         text: URDF or MJCF description; used only if `uri` is empty.
 
@@ -47,7 +47,6 @@ def use_of(scene: LoadedScene, uri: str, text: str) -> str:
     if "://" in path or Path(path).suffix not in _SUFFIXES:
         legal = "legal: paths and file:// of " + ", ".join(f"*{suffix}" for suffix in _SUFFIXES)
         raise RefusedError(UNSUPPORTED_FORMAT, f"{uri[:200]!r} cannot be spawned; {legal}")
-    files, folder = _places(scene)
     try:
         files.find(path, folder)
     except NotFoundError as error:
@@ -69,13 +68,12 @@ def name_of(use: str) -> str:
     return f"_{plain}" if plain[:1].isdigit() else plain
 
 
-def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
+def spawnables(files: Files, beside: Path, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
     """Return a list with (URI, description) of each resource that can be spawned, and a list of unreadable sources.
 
-    The resources are the robot files and robot descriptions in the folder of the scene, in its subfolder `robots`, in the folders
-    `sources`, and in the package. The second list has the elements of `sources` that are not readable folders.
+    The resources are the robot files and robot descriptions in the scene's folder `beside`, in its subfolder `robots`, in the
+    folders `sources`, and in the package. The second list has the elements of `sources` that are not readable folders.
     """
-    files, beside = _places(scene)
     folders = {Path(): beside, Path("robots"): beside / "robots"}
     unknown: list[str] = []
     for source in sources:
@@ -90,13 +88,6 @@ def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[s
     shipped = files.base / "scenes" / "robots"
     found |= {str(Path("robots", path.name)): doc for path, doc in _spawnable(shipped, files)}
     return list(found.items())[:MAX_LISTED], unknown
-
-
-def _places(scene: LoadedScene) -> tuple[Files, Path]:
-    """Return the Files object that says which files may be read, and the scene's folder, to which names are relative."""
-    assert scene.world is not None
-    scenery = scene.world.scenery
-    return scenery.library.files, scenery.scene.folder
 
 
 def _spawnable(folder: Path, files: Files) -> Iterator[tuple[Path, str]]:

@@ -14,12 +14,14 @@ from graphengine.control.simulation_interfaces.action import SimulateSteps
 from graphengine.control.simulation_interfaces.resources import FORMATS
 from graphengine.control.simulation_interfaces.results import OK, UNSUPPORTED, RefusedError, code_of, text_of
 from graphengine.control.simulation_interfaces.spawning import Spawning
+from graphengine.format.files import Files
+from graphengine.format.spec import SceneSpec
+from graphengine.format.spec_reader import Loaded
 from graphengine.format.version import __version__
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.session_core import SessionCore
-from graphengine.scene.loaded_scene import LoadedScene
 
 PACKAGE = "simulation_interfaces"
 
@@ -40,7 +42,7 @@ class SimulationInterfaces:
 
     Args:
         queue: command queue of the session.
-        scene: scene of the session.
+        scene: scene file of the session, and access to the files that it may refer to; None for a graph without a scene.
         transport: transport on which the services are created; services whose types it does not know are left out.
         complain: function called with one warning about services that are left out, and one per service about malformed requests.
         namespace: namespace of the services and the action; `/` is the root namespace.
@@ -49,7 +51,7 @@ class SimulationInterfaces:
     def __init__(
         self,
         queue: CommandQueue,
-        scene: LoadedScene,
+        scene: tuple[Loaded[SceneSpec], Files] | None,
         transport: Transport,
         complain: Callable[[str], None],
         namespace: str = "/",
@@ -75,7 +77,7 @@ class SimulationInterfaces:
         if missing:
             complain(f"services left out because {PACKAGE} is not installed or older than 1.5: {', '.join(missing)}")
 
-    def _services(self, scene: LoadedScene) -> Mapping[str, tuple[Answer, Sequence[int]]]:
+    def _services(self, scene: tuple[Loaded[SceneSpec], Files] | None) -> Mapping[str, tuple[Answer, Sequence[int]]]:
         """Return, by service name, the handler of the service and the SimulatorFeatures codes that the service provides."""
         services: dict[str, tuple[Answer, Sequence[int]]] = {
             "get_simulator_features": (self._get_features, ()),
@@ -99,7 +101,7 @@ class SimulationInterfaces:
             "get_spawnables": (spawning.get_spawnables, (14,)),
             "get_current_world": (spawning.get_current_world, (44,)),
         }
-        left_out = _LEFT_OUT if scene.world is not None else (*of_scenes, *_LEFT_OUT)
+        left_out = _LEFT_OUT if scene is not None else (*of_scenes, *_LEFT_OUT)
         return {**services, **of_scenes, **dict.fromkeys(left_out, (_refuse, ()))}
 
     def _get_features(self, session: SessionCore, request: Any, response: Any) -> None:

@@ -13,11 +13,12 @@ from graphengine.control.simulation_interfaces.resources import name_of, spawnab
 from graphengine.control.simulation_interfaces.results import OK, RefusedError, code_of, text_of
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import BlockedPoseError, GraphError, PhysicsError, RecordingError
-from graphengine.format.spec import Orientation, RobotUse
+from graphengine.format.files import Files
+from graphengine.format.spec import Orientation, RobotUse, SceneSpec
+from graphengine.format.spec_reader import Loaded
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.entity_commands import Spawn
 from graphengine.runtime.session_core import SessionCore
-from graphengine.scene.loaded_scene import LoadedScene
 
 _NAME_NOT_UNIQUE, _NAME_INVALID = 101, 102
 _NAMESPACE_INVALID, _PARSE_ERROR, _MISSING_ASSETS, _INVALID_POSE = 105, 106, 107, 109
@@ -30,7 +31,7 @@ MAX_AT_ONCE = 1000
 class Spawning:
     """Handlers of the services that need the scene: spawning entities, and describing resources and the world."""
 
-    def __init__(self, scene: LoadedScene) -> None:
+    def __init__(self, scene: tuple[Loaded[SceneSpec], Files] | None) -> None:
         self._scene = scene
 
     def spawn_entity(self, session: SessionCore, request: Any, response: Any) -> None:
@@ -61,7 +62,9 @@ class Spawning:
 
     def get_spawnables(self, session: SessionCore, request: Any, response: Any) -> None:
         """Answer GetSpawnables with the resources that can be spawned, and a message about unreadable sources."""
-        found, unknown = spawnables(self._scene, request.sources)
+        assert self._scene is not None
+        scene, files = self._scene
+        found, unknown = spawnables(files, scene.folder, request.sources)
         for uri, description in found:
             spawnable = DEFINITIONS.initial("simulation_interfaces/msg/Spawnable")
             spawnable.uri, spawnable.description = uri, description
@@ -72,15 +75,17 @@ class Spawning:
 
     def get_current_world(self, session: SessionCore, request: Any, response: Any) -> None:
         """Answer GetCurrentWorld with name, description and world file of the scene."""
-        assert self._scene.world is not None
-        spec = self._scene.world.scenery.scene.spec
+        assert self._scene is not None
+        spec = self._scene[0].spec
         response.world.name = spec.scene
         response.world.description = spec.doc
         response.world.world_resource.uri = spec.world
 
     def _spawn(self, session: SessionCore, request: Any, uri: str, text: str) -> tuple[str, str]:
         """Spawn an entity; return its name and a warning text, which is empty if the entity overlaps no other entity."""
-        use = use_of(self._scene, uri, text)
+        assert self._scene is not None
+        scene, files = self._scene
+        use = use_of(files, scene.folder, uri, text)
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
         position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
         try:

@@ -77,6 +77,12 @@ class _RefusedError(Exception):
 
 def read(path: Path, findings: Findings, code: str) -> Element | None:
     """Return the root element of an XML file; None after an error, which is added to `findings` with `code`."""
+    raw = read_bytes(path, findings, code)
+    return parse(raw, str(path), findings, code) if raw is not None else None
+
+
+def read_bytes(path: Path, findings: Findings, code: str) -> bytes | None:
+    """Return the content of a file of at most `MAX_BYTES`; None after an error, which is added to `findings` with `code`."""
     nowhere = Span(Source(str(path), ()), 1, 1)
     try:
         with open_regular(path) as file:
@@ -84,7 +90,10 @@ def read(path: Path, findings: Findings, code: str) -> Element | None:
     except OSError as error:
         findings.add(code, f"cannot read {str(path)!r}: {error.strerror or error}", nowhere)
         return None
-    return parse(raw, str(path), findings, code)
+    if len(raw) > MAX_BYTES:
+        findings.add(code, f"{str(path)!r} is larger than {MAX_BYTES // 1_000_000} MB", nowhere)
+        return None
+    return raw
 
 
 def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | None:
@@ -153,6 +162,11 @@ class _TreeBuilder:
 
     def _doctype(self, *_: object) -> None:
         raise _RefusedError("a document type is not allowed", "remove <!DOCTYPE …>; entities are not expanded")
+
+
+def document_text(root: Element) -> str:
+    """Return the text of an XML document."""
+    return f'<?xml version="1.0"?>\n{write(root)[0]}\n'
 
 
 def write(root: Element) -> tuple[str, list[Span]]:

@@ -1,6 +1,6 @@
 """Reads a MuJoCo model (MJCF) as the description of a robot.
 
-Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to a `Urdf`, like
+Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to plain data, like
 those of any other description, so that code outside physics does not depend on the format of the description.
 """
 
@@ -15,11 +15,12 @@ from graphengine.descriptions.engine import REFUSALS, compiled, mujoco
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, mujoco_says, place_of, write
+from graphengine.descriptions.link_tree import MAX_LINKS, check_limits
 from graphengine.descriptions.mjcf.mjcf_links import MjcfLinks
 from graphengine.descriptions.mjcf.mjcf_preparation import name_bodies, prepare
 from graphengine.descriptions.mjcf.mjcf_trial import MAX_MEMORY_BYTES, reason_against
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf
-from graphengine.descriptions.urdf.urdf_reader import MAX_LINKS, check_limits, check_numbers
+from graphengine.descriptions.robot_description import WORLD, RobotDescription
+from graphengine.descriptions.urdf.urdf_reader import check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
@@ -29,8 +30,8 @@ _LIMITS = f"legal: up to {MAX_CPU_SECONDS} s of CPU time and {MAX_MEMORY_BYTES >
 _ENDLESS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
-def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | None:
-    """Return the links and joints of a robot's MuJoCo model, with the model itself in `Urdf.mjcf`; None after an error.
+def read_mjcf(path: Path, library: Library, text: str | None = None) -> RobotDescription | None:
+    """Return the links and joints of a robot's MuJoCo model, with the model itself in `mjcf`; None after an error.
 
     Args:
         path: path of the model's file. If `text` is given, its name appears in messages, and relative references start from
@@ -70,7 +71,7 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     if len(findings.errors) > before:
         return None
     mjcf = MjcfModel(spec, root, links.free, read_actuators(model), keyframes)
-    return Urdf(document, packages, links.links, links.joints, links.root, mjcf)
+    return RobotDescription(document, packages, links.links, links.joints, links.root, mjcf)
 
 
 def is_safe(root: Element, library: Library, what: str = "model") -> bool:

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from graphengine.descriptions.actuators.mjcf_actuators import strongest
 from graphengine.descriptions.engine import collides, mujoco
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.descriptions.urdf.urdf import WORLD, Bounds, Inertial, Mimic, UrdfJoint, UrdfLink
+from graphengine.descriptions.robot_description import WORLD, Bounds, Inertial, Joint, Link, Mimic
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from graphengine.devices.rotation import (
     IDENTITY,
     NOWHERE,
@@ -54,8 +54,8 @@ class MjcfLinks:
         self.meshes = meshes
         self.places = places
         self.span = span
-        self.links: dict[str, UrdfLink] = {}
-        self.joints: dict[str, UrdfJoint] = {}
+        self.links: dict[str, Link] = {}
+        self.joints: dict[str, Joint] = {}
         tops = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
         alone = len(tops) == 1 and not (model.geom_bodyid == 0).any() and self._moves_freely_or_not_at_all(tops[0])
         self.root = model.body(tops[0]).name if alone else WORLD
@@ -89,7 +89,7 @@ class MjcfLinks:
     def _add_link(self, name: str, place: str, inertial: Inertial | None = None, shapes: Sequence[Shape] = ()) -> None:
         """Add a link; `place` is the name of the part of the model that it stands for."""
         span = self.places.get(place, self.span)
-        self.links[name] = UrdfLink(name, Element("link", {"name": name}, span), inertial, shapes)
+        self.links[name] = Link(name, Element("link", {"name": name}, span), inertial, shapes)
 
     def _inertial(self, body: int) -> Inertial | None:
         model = self.model
@@ -108,7 +108,7 @@ class MjcfLinks:
             for tag in tags:
                 geometry, pose = self._shape(geom, span)
                 name = f"{link}.{len(found)}"
-                found.append(Shape(name, tag == "visual", geometry, pose, None, Element(tag, {}, span)))
+                found.append(Shape(name, tag == "visual", geometry, pose, None, Element(tag, {}, span), span))
         return found
 
     def _shape(self, geom: int, span: Span) -> tuple[Geometry, Pose]:
@@ -185,14 +185,12 @@ class MjcfLinks:
     def _join(self, name: str, kind: str, parent: str, child: str, pose: Pose, joint: int = -1) -> None:
         """Add a joint; `joint` is the joint's index in the model, -1 for a joint that exists only in the description."""
         model, element = self.model, Element("joint", {"name": name, "type": kind}, self.places.get(name, self.span))
-        made = UrdfJoint(name, kind, parent, child, pose, (1.0, 0.0, 0.0), element)
+        made = Joint(name, kind, parent, child, pose, element)
         if joint >= 0:
             lower, upper = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (0.0, 0.0)
             dof = model.jnt_dofadr[joint]
-            x, y, z = made.stated_axis = vector(model.jnt_axis[joint])
-            length = math.hypot(x, y, z) or 1.0
-            made.axis = (x / length, y / length, z / length)
-            made.bounds = Bounds(lower, upper, self._strongest.get(name, 0.0), 0.0)
+            made.stated_axis = vector(model.jnt_axis[joint])
+            made.bounds = Bounds(lower, upper, self._strongest.get(name, 0.0), 0.0, element)
             made.losses = float(model.dof_damping[dof]), float(model.dof_frictionloss[dof])
         self.joints[name] = made
         self.links[parent].below.append(made)

@@ -31,7 +31,7 @@ MAX_PLAIN_MEMORY = 60_000_000
 """Maximum estimated memory of a model that is not first tested in another process, bytes: e.g. 4000 elements."""
 _PLAIN = re.compile(
     "mujoco|compiler|option|flag|statistic|visual|global|quality|headlight|map|scale|rgba|default|asset|texture|material|"
-    "layer|worldbody|body|frame|inertial|freejoint|joint|geom|site|light|camera"
+    "layer|worldbody|body|frame|inertial|freejoint|joint|geom|site|light|camera|custom|numeric"
 )
 """Matches tags of elements without files, code, copies, meshes, soft bodies, tendons or actuators."""
 _PLAIN_TEXT = re.compile("[^%]{0,1000}")
@@ -80,7 +80,8 @@ def is_plain(root: Element, memory: float) -> bool:
         memory += _JOINT * element.tag.endswith("joint")
         attributes = element.attributes.items()
         texts = all(_PLAIN_TEXT.fullmatch(value) and not name.startswith("file") for name, value in attributes)
-        if not (texts and _PLAIN.fullmatch(element.tag)):
+        large = element.tag == "numeric" and "size" in element.attributes
+        if large or not (texts and _PLAIN.fullmatch(element.tag)):
             return False
     return memory <= MAX_PLAIN_MEMORY
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, rounded
-from graphengine.descriptions.urdf.urdf import UrdfJoint
-from graphengine.format.yaml_text import flow
+from graphengine.descriptions.robot_files.entries import DriveKeys
 
 WHEEL_DAMPING = 50.0
 """Minimum damping of the velocity drive of a wheel, N m s/rad; with it, a small robot is within 0.02 % of its target speed."""
@@ -14,21 +14,11 @@ _MOST = 1e9
 
 def add_wheel_drives(draft: Draft) -> None:
     """Add a velocity drive for every wheel; for descriptions that are used without a robot file."""
-    moving = draft.urdf.moving()
-    rolling = {wheel.joint: wheel.radius for wheel in draft.urdf.wheels(moving)}
-    for joint in moving:
-        entry = draft.entry("joints", joint.name)
-        if joint.name in rolling:
-            radius = rolling[joint.name]
-            entry.comments.append(
-                f"a wheel of radius {radius:g} m; its velocity drive follows what a controller commands"
-            )
-            entry.value["drive"] = {"damping": WHEEL_DAMPING}
-        elif joint.mimic is None:
-            entry.hint = f"to hold it, e.g. {{drive: {flow(servo(joint))}}}"
+    for wheel in draft.description.wheels(draft.description.moving()):
+        draft.joints[wheel.joint].value["drive"] = {"damping": WHEEL_DAMPING}
 
 
-def servo(joint: UrdfJoint) -> dict[str, float]:
+def servo(joint: Joint) -> DriveKeys:
     """Return the gains of a position drive that exerts its full effort at a deviation of 0.1 rad or 10 mm.
 
     Without an effort limit, an effort of 10 N m or 10 N is assumed. The damping is a tenth of the stiffness.

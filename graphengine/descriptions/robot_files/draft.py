@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
-from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.robot_description import WORLD, RobotDescription
+from graphengine.descriptions.robot_files import entries
+from graphengine.descriptions.robot_files.entries import Entry
+from graphengine.descriptions.rollers import NO_ROLLERS, Rollers
 from graphengine.devices.rotation import Vector3
-from graphengine.devices.stage import prim_name
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, load
 from graphengine.format.files import shipped
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import did_you_mean, printable
+from graphengine.format.yaml_text import Reference
+
+ALIGNED = 0.99
+"""Minimum cosine of the angle between two axes that count as parallel."""
+SECTIONS = ("joints", "links", "wheel_colliders", "materials", "sensors", "graphs")
+"""Sections of a robot file, in its order."""
 
 
 def rounded(number: float, digits: int = 7) -> float:
@@ -25,42 +33,11 @@ def rounded(number: float, digits: int = 7) -> float:
     return float(f"{number:.{digits}g}") + 0.0
 
 
-@dataclass(slots=True)
-class Entry:
-    """The value of a key in the robot file, with comments.
+Claim = Mapping[tuple[str, ...], Any]
+"""Values of a robot file by the path of their keys; None stands for a missing key, and `...` for any value.
 
-    Attributes:
-        value: plain data; a mapping is written with one line per key, other data on one line.
-        comments: lines of the comment above the key.
-        hint: comment after the value, on the same line.
-    """
-
-    value: Any = field(default_factory=dict)
-    comments: list[str] = field(default_factory=list)
-    hint: str = ""
-
-
-RobotData = Mapping[str, Any]
-"""The values of a robot file: settings by key, and entries by section and key."""
-Claim = Callable[[RobotData], bool]
-"""Returns whether a robot file contains what a remark says."""
-
-
-def says(*path: str, value: Any) -> Claim:
-    """Return the claim that a robot file has the given value at a path of keys; the value None stands for a missing key."""
-
-    def holds(data: RobotData) -> bool:
-        found: Any = data
-        for key in path:
-            found = found.get(key) if isinstance(found, Mapping) else None
-        return bool(found == value)
-
-    return holds
-
-
-def every(claims: Sequence[Claim]) -> Claim:
-    """Return the claim that all of the given claims hold."""
-    return lambda data: all(claim(data) for claim in claims)
+The path `("friction", LINK)` stands for the friction of a link, along and across its direction.
+"""
 
 
 def in_path(link: str) -> str:
@@ -69,16 +46,21 @@ def in_path(link: str) -> str:
 
 
 @cache
-def graph_defaults(use: str) -> dict[str, Any]:
-    """Return the default values of the parameters of a graph that ships with the package."""
+def shipped_graph(use: str) -> Any:
+    """Return the data of a graph that ships with the package."""
     graph = load(shipped() / use, Findings())
     assert graph is not None
-    return {name: declared["default"] for name, declared in graph.data["parameters"].items()}
+    return graph.data
 
 
-def no_joint(urdf: Urdf, name: str) -> str:
+def graph_defaults(use: str) -> dict[str, Any]:
+    """Return the default values of the parameters of a graph that ships with the package."""
+    return {name: declared["default"] for name, declared in shipped_graph(use)["parameters"].items()}
+
+
+def no_joint(description: RobotDescription, name: str) -> str:
     """Return a text that a description has no joint with a name, and which names are similar."""
-    near = did_you_mean(name, urdf.joints)
+    near = did_you_mean(name, description.joints)
     return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
 
 
@@ -89,19 +71,27 @@ class Remark:
     Attributes:
         text: the remark, one line.
         span: source location to which the remark refers; None if it refers to no single place.
-        claim: what the robot file must contain, or else `Draft.settle` drops the remark; None if the text does not describe it.
+        claim: what the robot file must contain, or else `Draft.settle` drops the remark; empty if the text does not describe it.
         subject: noun and name of the part that the text describes. `Draft.settle` puts them before the text, and combines
             remarks with the same noun and text. Empty if the text is complete.
     """
 
     text: str
     span: Span | None = None
-    claim: Claim | None = None
+    claim: Claim = field(default_factory=dict)
     subject: tuple[str, str] | tuple[()] = ()
+
+    def holds(self, data: Mapping[str, Any]) -> bool:
+        """Return whether the values of a robot file are those of the claim."""
+        materials = data.get("materials", {}).values()
+        frictions = [(each["static_friction"], each.get("across", each["static_friction"])) for each in materials]
+        bound = {link: one for one, each in zip(frictions, materials, strict=True) for link in each["bind"]}
+        found = ((_value_at({**data, "friction": bound}, path), value) for path, value in self.claim.items())
+        return all(one is not None if value is ... else one == value for one, value in found)
 
 
 @dataclass(frozen=True, slots=True)
-class WheelShape:
+class RobotWheel:
     """A wheel found in a description, with all joints at zero.
 
     Attributes:
@@ -110,13 +100,15 @@ class WheelShape:
         radius: radius of the collider, m; with rollers, the radius with which they roll.
         width: width of the collider, m.
         offset: distance of the collider's centre from the joint along the joint's axis, m.
-        axis: axis of the joint in the frame of the root link.
+        axle: axis of the joint in the frame of the root link; if it points left, the wheel rolls forward at positive speed.
         centre: centre of the collider in the frame of the root link, m.
         collider: tag of the collider's shape in the description, such as `cylinder`.
         on_floor: whether the wheel reaches down to the lowest collider of the robot.
         swivels: whether the wheel's fork turns on a vertical joint without limits, as in a caster.
         rollers: rollers of an omni or mecanum wheel; empty if the description does not model them.
         drags: whether the wheel has no drive and rolls across the direction in which the base drives, so it slides.
+        swivel: name of the joint with a vertical axis that steers the wheel; empty without such a joint, and in `Draft.wheels`.
+        caster: whether the swivel turns freely: its wheel trails, or it is limitless and has no counterpart on the other side.
     """
 
     joint: str
@@ -124,13 +116,25 @@ class WheelShape:
     radius: float
     width: float
     offset: float
-    axis: Vector3
+    axle: Vector3
     centre: Vector3
     collider: str
     on_floor: bool
     swivels: bool = False
     rollers: Rollers = NO_ROLLERS
     drags: bool = False
+    swivel: str = ""
+    caster: bool = False
+
+    @property
+    def sideways(self) -> bool:
+        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward and backward."""
+        return abs(self.axle[1]) > ALIGNED
+
+    @property
+    def sign(self) -> float:
+        """1 if the wheel rolls forward at positive joint speed, else -1."""
+        return 1.0 if self.axle[1] > 0 else -1.0
 
 
 @dataclass(slots=True, eq=False)
@@ -138,7 +142,7 @@ class Draft:
     """A robot file that will be written.
 
     Attributes:
-        urdf: the parsed description.
+        description: the parsed description.
         name: name of the robot.
         source: where the description comes from, as text for comments and messages.
         path: path of the description, as written in the robot file.
@@ -151,7 +155,12 @@ class Draft:
         standing: height (m) in the root link's frame of the lowest point of each link that reaches down to the floor.
         servos: joints with position drives whose gains are not in the description.
         settings: top-level keys with plain values, such as `self_collision`.
-        sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the robot file.
+        joints: changes to each moving joint, by name.
+        links: changes to links, by name.
+        wheel_colliders: colliders of wheels, by link.
+        materials: materials, by name.
+        sensors: sensors, by name.
+        graphs: graphs, by name.
         carried: remarks on values that were taken from the description.
         guessed: remarks on values that the description lacks and that the import chose.
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
@@ -164,7 +173,7 @@ class Draft:
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
     """
 
-    urdf: Urdf
+    description: RobotDescription
     name: str
     source: str
     path: str
@@ -173,11 +182,16 @@ class Draft:
     controllers: Document | None = None
     library: Library | None = None
     position_drives: bool = False
-    wheels: dict[str, WheelShape] = field(default_factory=dict)
+    wheels: dict[str, RobotWheel] = field(default_factory=dict)
     standing: dict[str, float] = field(default_factory=dict)
     servos: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
-    sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))
+    joints: dict[str, Entry[entries.JointKeys]] = field(init=False)
+    links: defaultdict[str, Entry[entries.LinkKeys]] = field(default_factory=lambda: defaultdict(lambda: Entry({})))
+    wheel_colliders: dict[str, Entry[entries.WheelCollider]] = field(default_factory=dict)
+    materials: dict[str, Entry[entries.MaterialKeys]] = field(default_factory=dict)
+    sensors: dict[str, Entry[entries.SensorKeys]] = field(default_factory=dict)
+    graphs: dict[str, Entry[entries.GraphKeys]] = field(default_factory=dict)
     carried: list[Remark] = field(default_factory=list)
     guessed: list[Remark] = field(default_factory=list)
     lost: list[Remark] = field(default_factory=list)
@@ -190,22 +204,33 @@ class Draft:
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)
 
-    def bound(self) -> set[str]:
-        """Return the names of links to which the draft binds a material."""
-        return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
+    def __post_init__(self) -> None:
+        """Create an entry for each moving joint."""
+        self.joints = {joint.name: Entry({}) for joint in self.description.moving()}
+
+    def bound(self) -> dict[str, entries.MaterialKeys]:
+        """Return the material of each link to which the draft binds one."""
+        return {link: entry.value for entry in self.materials.values() for link in entry.value["bind"]}
 
     def unbind(self, material: str, links: Collection[str]) -> None:
         """Unbind links from a material, and remove the material if no link is left."""
-        value = self.sections["materials"][material].value
+        value = self.materials[material].value
         value["bind"] = [link for link in value["bind"] if link not in links]
         if not value["bind"]:
-            del self.sections["materials"][material]
+            del self.materials[material]
 
     def data(self) -> dict[str, Any]:
-        """Return the values of the robot file."""
-        fixed = {"fixed_base": True} if self.fixed_base and self.urdf.moves_freely else {}
-        sections = {name: {key: each.value for key, each in part.items()} for name, part in self.sections.items()}
-        return self.settings | fixed | sections
+        """Return the values of the robot file, in its order; texts of which a reader substitutes nothing are references."""
+        description = self.description
+        path = {"mjcf" if description.mjcf is not None else "urdf": Reference(self.path)}
+        head: dict[str, Any] = {"format": 1, "robot": Reference(self.name)} | path
+        if self.package_paths:
+            head["package_paths"] = [Reference(folder) for folder in self.package_paths]
+        head["base_link"] = Reference(description.root)
+        if self.fixed_base and description.moves_freely and description.root != WORLD:
+            head["fixed_base"] = True
+        sections = {name: {key: each.value for key, each in getattr(self, name).items()} for name in SECTIONS}
+        return head | self.settings | {name: section for name, section in sections.items() if section}
 
     def settle(self) -> None:
         """Drop the remarks whose claims do not hold, because later parts of the import changed the entry, and combine the others.
@@ -216,13 +241,9 @@ class Draft:
         for remarks in (self.carried, self.guessed, self.lost, self.noticed):
             alike: dict[Any, list[Remark]] = {}
             for number, remark in enumerate(remarks):
-                if remark.claim is None or remark.claim(data):
+                if remark.holds(data):
                     alike.setdefault((remark.subject[0], remark.text) if remark.subject else number, []).append(remark)
             remarks[:] = map(_combined, alike.values())
-
-    def entry(self, section: str, key: str) -> Entry:
-        """Return the entry with this key in a section; create it if the section does not have it."""
-        return self.sections[section].setdefault(key, Entry())
 
     def add_graph(self, name: str, use: str, parameters: dict[str, Any], *comments: str) -> None:
         """Add a graph that the robot file uses.
@@ -235,10 +256,30 @@ class Draft:
             parameters: parameters of the graph.
             comments: comment lines above the entry.
         """
-        if self.urdf.root != "base_link":  # the default of the graphs
-            parameters = {"base": in_path(self.urdf.root)} | parameters
-        value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
-        self.sections["graphs"][name] = Entry(value, list(comments))
+        if self.description.root != "base_link":  # the default of the graphs
+            parameters = {"base": in_path(self.description.root)} | parameters
+        value: entries.GraphKeys = {"use": use, "parameters": parameters} if parameters else {"use": use}
+        self.graphs[name] = Entry(value, list(comments))
+
+    def carry(self, text: str, span: Span | None = None, claim: Claim | None = None) -> None:
+        """Add a remark on a value that was taken from the description."""
+        self.carried.append(Remark(text, span, claim or {}))
+
+    def guess(self, text: str, span: Span | None = None, claim: Claim | None = None) -> None:
+        """Add a remark on a value that the description lacks and that the import chose."""
+        self.guessed.append(Remark(text, span, claim or {}))
+
+    def remark(self, text: str, span: Span | None, claim: Claim, *, guessed: bool) -> None:
+        """Add a remark on a value that the import chose, or else took from the description."""
+        (self.guess if guessed else self.carry)(text, span, claim)
+
+    def lose(self, text: str, span: Span | None = None) -> None:
+        """Add a remark on a part of the description that a robot file cannot express, with the reason."""
+        self.lost.append(Remark(text, span))
+
+    def notice(self, text: str, span: Span | None = None) -> None:
+        """Add a remark on the robot itself."""
+        self.noticed.append(Remark(text, span))
 
     def use(self, element: Element) -> None:
         """Mark an element of the description and all elements below it as used, so that they are not reported as lost."""
@@ -261,6 +302,12 @@ def _combined(remarks: Sequence[Remark]) -> Remark:
     if not first.subject:
         return first
     names = ", ".join(dict.fromkeys(remark.subject[1] for remark in remarks if remark.subject))
-    claims = [remark.claim for remark in remarks if remark.claim is not None]
     text = f"{first.subject[0]}{'s' if len(remarks) > 1 else ''} {names}: {first.text}"
-    return Remark(text, first.span, every(claims) if claims else None)
+    return Remark(text, first.span, {path: value for remark in remarks for path, value in remark.claim.items()})
+
+
+def _value_at(data: Any, path: Sequence[str]) -> Any:
+    """Return the value at a path of keys; None if the data has no such key."""
+    for key in path:
+        data = data.get(key) if isinstance(data, Mapping) else None
+    return data

@@ -7,77 +7,63 @@ model's cameras and sites.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from graphengine.descriptions.actuators.drives import Drive
 from graphengine.descriptions.actuators.mjcf_model import MjcfModel
 from graphengine.descriptions.engine import mujoco
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, rounded, says
-from graphengine.devices.stage import prim_name
+from graphengine.descriptions.robot_files.draft import Claim, Draft, rounded
+from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
 KEYFRAME = "home"
 """Name of the keyframe in which robots start, as in the models of MuJoCo Menagerie."""
-_SENSOR = mujoco.mjtSensor
-_STATES = {
-    _SENSOR.mjSENS_JOINTPOS,
-    _SENSOR.mjSENS_JOINTVEL,
-    _SENSOR.mjSENS_JOINTACTFRC,
-    _SENSOR.mjSENS_ACTUATORFRC,
-    _SENSOR.mjSENS_ACTUATORPOS,
-    _SENSOR.mjSENS_ACTUATORVEL,
-}
-"""Types of sensors whose values JointState messages contain."""
-_POSES = {
-    _SENSOR.mjSENS_FRAMEPOS,
-    _SENSOR.mjSENS_FRAMEQUAT,
-    _SENSOR.mjSENS_FRAMELINVEL,
-    _SENSOR.mjSENS_FRAMEANGVEL,
-    _SENSOR.mjSENS_VELOCIMETER,
-}
-"""Types of sensors whose values TF and odometry messages contain."""
-_INERTIAL = (_SENSOR.mjSENS_ACCELEROMETER, _SENSOR.mjSENS_GYRO)
+_STATES = ("JOINTPOS", "JOINTVEL", "JOINTACTFRC", "ACTUATORFRC", "ACTUATORPOS", "ACTUATORVEL")
+_PUBLISHED = (*_STATES, "FRAMEPOS", "FRAMEQUAT", "FRAMELINVEL", "FRAMEANGVEL", "VELOCIMETER")
+"""Types of sensors whose values JointState, TF and odometry messages contain."""
+_INERTIAL = ("ACCELEROMETER", "GYRO")
 _KINDS = {"position": "position servo", "velocity": "velocity servo", "effort": "motor"}
 _UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
 _PIXELS = (640, 480)
 """Image size (width, height) of a camera for which the model gives no resolution; MuJoCo's own default is one pixel."""
 
 
-def fill(draft: Draft) -> None:
+def add_model_parts(draft: Draft) -> None:
     """List the actuators of each joint, and add a sensor for each camera and IMU of the model."""
-    model = draft.urdf.mjcf
+    model = draft.description.mjcf
     assert model is not None
     _joints(draft, model)
     for actuator in model.actuators:
         if not actuator.joint:
             told = f"{_KINDS[actuator.kind]} {printable(actuator.name)}"
-            draft.carried.append(Remark(f"{told}: commands use its name, as it does not move exactly one joint"))
+            draft.carry(f"{told}: commands use its name, as it does not move exactly one joint")
     if KEYFRAME in model.keyframes and draft.library is not None:
         draft.settings["start"] = KEYFRAME
     if model.keyframes:
         names = ", ".join(map(printable, model.keyframes))
-        draft.carried.append(Remark(f"keyframes, which `start:` can select: {names}"))
+        draft.carry(f"keyframes, which `start:` can select: {names}")
     _cameras(draft, model.spec)
     _sensors(draft, model.spec)
 
 
 def _joints(draft: Draft, model: MjcfModel) -> None:
-    names = {joint.name: joint.type == "prismatic" for joint in draft.urdf.moving()}
+    names = {joint.name: joint.type == "prismatic" for joint in draft.description.moving()}
     driven: dict[str, list[str]] = {}
     for actuator in model.actuators:
         about = _about(actuator.name, actuator.drive, names.get(actuator.joint, False))
         driven.setdefault(actuator.joint, []).append(about)
-    for joint in draft.urdf.moving():
-        entry = draft.entry("joints", joint.name)
+    for joint in draft.description.moving():
+        entry = draft.joints[joint.name]
         entry.hint = "; ".join(driven.get(joint.name, [])) or (
             "" if joint.mimic is not None else "no actuator: takes efforts"
         )
     for kind in _KINDS:
         if found := [actuator.joint for actuator in model.actuators if actuator.joint and actuator.kind == kind]:
-            draft.carried.append(Remark(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}"))
-    if floating := [joint.name for joint in draft.urdf.joints.values() if joint.type == "floating"]:
-        text = f"ball and free joints, which graphs cannot read or command: {', '.join(map(printable, floating))}"
-        draft.noticed.append(Remark(text))
+            draft.carry(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}")
+    if floating := [joint.name for joint in draft.description.joints.values() if joint.type == "floating"]:
+        draft.notice(
+            f"ball and free joints, which graphs cannot read or command: {', '.join(map(printable, floating))}"
+        )
 
 
 def _about(name: str, drive: Drive, slides: bool) -> str:
@@ -102,12 +88,11 @@ def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
         if not (0.1 <= tall <= 179.0 and 0.1 <= wide <= 179.0 and width <= 4096 and height <= 4096):
             text = f"camera {printable(camera.name)} of {wide:g} x {tall:g} degrees: not supported; "
             text += "legal are 0.1 to 179 degrees and up to 4096 pixels per side"
-            draft.lost.append(Remark(text))
+            draft.lose(text)
             continue
         profile = {"size": [width, height], "fov_deg": [rounded(wide), rounded(tall)], "rate": 30.0}
         claim = _mount(draft, f"{link}_sensor", {"type": "camera", "parent": link, "profile": profile})
-        text = f"camera {printable(camera.name)}: {width} x {height} pixels, 30 images per second"
-        draft.carried.append(Remark(text, claim=claim))
+        draft.carry(f"camera {printable(camera.name)}: {width} x {height} pixels, 30 images per second", claim=claim)
 
 
 def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
@@ -118,18 +103,18 @@ def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
     units: dict[str, None] = {}
     lost: list[str] = []
     for sensor in spec.sensors:
-        if sensor.type in _INERTIAL:
+        kind = sensor.type.name.removeprefix("mjSENS_")
+        if kind in _INERTIAL:
             units[sensor.objname] = None
-        elif sensor.type not in _STATES | _POSES:
-            lost.append(sensor.name or sensor.type.name.removeprefix("mjSENS_").lower())
+        elif kind not in _PUBLISHED:
+            lost.append(sensor.name or kind.lower())
     for site in units:
         if link := _link(draft, site, "site"):
             claim = _mount(draft, f"{link}_sensor", {"type": "imu", "parent": link, "profile": {"rate": 100.0}})
-            text = f"IMU at site {printable(site)}: 100 samples per second, without noise or bias"
-            draft.carried.append(Remark(text, claim=claim))
+            draft.carry(f"IMU at site {printable(site)}: 100 samples per second, without noise or bias", claim=claim)
     if lost:
         text = "sensors of the model that no node publishes; they stay in the model"
-        draft.lost.append(Remark(f"{text}: {', '.join(map(printable, lost))}"))
+        draft.lose(f"{text}: {', '.join(map(printable, lost))}")
 
 
 def _link(draft: Draft, name: str, kind: str) -> str:
@@ -137,10 +122,10 @@ def _link(draft: Draft, name: str, kind: str) -> str:
     if not name:
         return ""
     given = f"{name}_{kind}"
-    return given if given in draft.urdf.links else name if name in draft.urdf.links else ""
+    return given if given in draft.description.links else name if name in draft.description.links else ""
 
 
-def _mount(draft: Draft, name: str, value: dict[str, Any]) -> Claim:
+def _mount(draft: Draft, name: str, value: SensorKeys) -> Claim:
     """Add a sensor, and return the claim that the robot file has it."""
-    draft.entry("sensors", prim_name(name)).value = value
-    return says("sensors", prim_name(name), value=value)
+    draft.sensors[prim_name(name)] = Entry(value)
+    return {("sensors", prim_name(name)): value}

@@ -12,9 +12,10 @@ from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.descriptions.sdf.sdf_shapes import colour_of, friction_of, shape_of, urdf_mesh
+from graphengine.descriptions.sdf.sdf_shapes import colour_of, friction_of, mesh_of, shape_of, solid_of
 from graphengine.descriptions.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates
-from graphengine.descriptions.sdf.sdf_values import SdfError, number_at, numbers_at, placed, reported, written
+from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, written
+from graphengine.descriptions.shapes import Mesh, sizes_of
 from graphengine.devices.rotation import Quaternion, Vector3, multiply, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
@@ -35,9 +36,9 @@ class GeomWriter:
 
     library: Library
     findings: Findings
-    assets: dict[tuple[str, str, bool], list[Element]] = field(default_factory=dict)
-    _meshes: dict[Element, Element] = field(default_factory=dict)
-    """URDF `<mesh>` element for each SDF `<mesh>` element of a collision or visual."""
+    assets: dict[tuple[str, Vector3, bool], list[Element]] = field(default_factory=dict)
+    _meshes: dict[Element, Mesh] = field(default_factory=dict)
+    """Mesh for each SDF `<mesh>` element of a collision or visual."""
     _files: Mapping[Element, list[MeshFile]] = field(default_factory=dict)
 
     def load_meshes(self, links: Iterable[SdfFrame], packages: Packages) -> None:
@@ -48,8 +49,8 @@ class GeomWriter:
                 with reported(self.findings, "S102"):
                     shape = _drawable(part, self.findings)
                     if shape is not None and shape.tag == "mesh":
-                        self._meshes[shape] = urdf_mesh(shape, link.scope.references, self.findings)
-                        shapes.append((self._meshes[shape], part.tag == "visual"))
+                        self._meshes[shape] = mesh_of(shape, link.scope.references, self.findings)
+                        shapes.append((self._meshes[shape].element, part.tag == "visual"))
         self._files = self.library.meshes(shapes, packages)
 
     def geoms(self, link: SdfFrame, *, static: bool) -> list[Element]:
@@ -95,42 +96,43 @@ class GeomWriter:
         if shape.tag != "mesh":
             yield Element("geom", values, part.span)
             return
-        for file in self._files.get(self._meshes[shape], ()) if shape in self._meshes else ():
+        mesh = self._meshes.get(shape)
+        if mesh is None:
+            return
+        for file in self._files.get(mesh.element, ()):
             own = {"rgba": written(*file.colour)} if colour is None and file.colour is not None else {}
-            for mesh in self._pieces(file, self._meshes[shape], solid=static and not visual):
-                yield Element("geom", values | own | {"mesh": mesh.get("name")}, part.span)
+            for piece in self._pieces(file, mesh, solid=static and not visual):
+                yield Element("geom", values | own | {"mesh": piece.get("name")}, part.span)
 
-    def _pieces(self, file: MeshFile, mesh: Element, *, solid: bool) -> list[Element]:
+    def _pieces(self, file: MeshFile, mesh: Mesh, *, solid: bool) -> list[Element]:
         """Return the MJCF meshes for a mesh file: one mesh, or one plate per triangle.
 
         Plates are used if `solid` is true, i.e. the mesh is a static collider, and the mesh is not convex.
         """
-        key = (file.key, mesh.get("scale", "1 1 1"), solid)
+        key = (file.key, mesh.scale, solid)
         if key not in self.assets:
             made = self._plates(file, mesh) if solid else []
-            whole = {"file": file.key, "scale": key[1], "inertia": "shell"}
-            made = made or [Element("mesh", whole, mesh.span)]
+            whole = {"file": file.key, "scale": written(*mesh.scale), "inertia": "shell"}
+            made = made or [Element("mesh", whole, mesh.element.span)]
             first = sum(map(len, self.assets.values()))
             for number, element in enumerate(made, first):
                 element.attributes["name"] = f"mesh_{number}"
             self.assets[key] = made
         return self.assets[key]
 
-    def _plates(self, file: MeshFile, mesh: Element) -> list[Element]:
+    def _plates(self, file: MeshFile, mesh: Mesh) -> list[Element]:
         """Return one MJCF mesh per triangle of a mesh file; an empty list if the mesh is convex or has too many triangles."""
-        scale = [float(part) for part in mesh.get("scale", "1 1 1").split()]
-        corners = hollow_triangles(self.library.assets[file.key], file.key, scale)
+        corners = hollow_triangles(self.library.assets[file.key], file.key, mesh.scale)
         if corners is None:
             return []
         if len(corners) > MAX_PLATES:
-            name = printable(mesh.get("filename"))
+            name = printable(mesh.filename)
             text = f"{name!r} has {len(corners)} triangles and is not convex: its convex hull is used for collisions"
             advice = f"use boxes, or a mesh of at most {MAX_PLATES} triangles, whose exact shape is used for collisions"
-            self.findings.add("W302", text, mesh.span, advice)
+            self.findings.add("W302", text, mesh.element.span, advice)
             return []
-        return [
-            Element("mesh", {"inertia": "shell", "vertex": written(*plate)}, mesh.span) for plate in plates(corners)
-        ]
+        span = mesh.element.span
+        return [Element("mesh", {"inertia": "shell", "vertex": written(*plate)}, span) for plate in plates(corners)]
 
 
 def _drawable(part: Element, findings: Findings | None) -> Element | None:
@@ -153,13 +155,8 @@ def _drawable(part: Element, findings: Findings | None) -> Element | None:
 
 def _size(shape: Element, part: Element) -> dict[str, str]:
     """Return the type and size of a shape as attributes of an MJCF geom."""
-    if shape.tag == "box":
-        return _geom("box", *(side / 2.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0))))
-    if shape.tag == "sphere":
-        return _geom("sphere", number_at(shape, "radius", default=1.0))
-    if shape.tag in ("cylinder", "capsule"):
-        radius, length = number_at(shape, "radius", default=0.5), number_at(shape, "length", default=1.0)
-        return _geom(shape.tag, radius, length / 2.0)
+    if (solid := solid_of(shape)) is not None:
+        return _geom(shape.tag, *sizes_of(solid))
     if shape.tag == "ellipsoid":
         return _geom("ellipsoid", *numbers_at(shape, "radii", default=(1.0, 1.0, 1.0)))
     if shape.tag == "plane":  # one that collides is endless

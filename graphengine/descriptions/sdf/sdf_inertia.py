@@ -9,21 +9,21 @@ import numpy as np
 
 from graphengine.descriptions.engine import Floats
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.inertia import WATER, matrix_of, moments_of
+from graphengine.descriptions.robot_description import TERMS, Inertial, Moments
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.descriptions.sdf.sdf_shapes import shape_of
+from graphengine.descriptions.sdf.sdf_shapes import shape_of, solid_of
 from graphengine.descriptions.sdf.sdf_values import (
     SdfError,
     find,
     flag,
     number_at,
     numbers_at,
-    origin,
     pose_of,
+    seen_from,
     text_at,
-    written,
 )
-from graphengine.descriptions.urdf.inertia import WATER, matrix_of, moments_of
-from graphengine.descriptions.urdf.urdf import TERMS
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Sphere
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
 
@@ -40,7 +40,7 @@ class Mass(NamedTuple):
     """
 
     mass: float
-    moments: tuple[float, ...]
+    moments: Moments
     pose: Pose
 
 
@@ -49,22 +49,21 @@ def is_mere_frame(link: SdfFrame) -> bool:
     return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
 
 
-def inertial(link: SdfFrame, frame: Pose) -> Element:
-    """Return the URDF `<inertial>` element of a link.
+def inertial_of(link: SdfFrame, frame: Pose) -> Inertial:
+    """Return the mass and inertia of a link of a robot.
 
     Args:
         link: frame of the SDF link.
-        frame: pose of the URDF link in the outermost scope.
+        frame: pose in the outermost scope of the link as a URDF has it.
 
     Raises:
-        SdfError: a value is not a number, or an automatic inertia cannot be computed.
+        SdfError: a value is not a number, the mass is negative, or an automatic inertia cannot be computed.
     """
-    element = link.element.first("inertial")
-    span = element.span if element is not None else link.element.span
     mass, moments, pose = mass_of(link)
-    terms = {term: written(moment) for term, moment in zip(TERMS, moments, strict=True)}
-    children = [Element("mass", {"value": written(mass)}, span), Element("inertia", terms, span)]
-    return Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
+    if mass < 0.0:
+        text = f"link {printable(link.name)!r}: the mass {mass!r} is not a number of at least 0 (kg)"
+        raise SdfError(text, (find(link.element, "inertial", "mass") or link.element).span)
+    return Inertial(mass, moments, seen_from(frame, pose))
 
 
 def mass_of(link: SdfFrame) -> Mass:
@@ -77,9 +76,10 @@ def mass_of(link: SdfFrame) -> Mass:
     if element is not None and flag(element.get("auto")):
         return _of_collisions(link, element)
     inertia = find(element, "inertia")
-    moments = (number_at(inertia, term, default=usual) for term, usual in zip(TERMS, _DEFAULTS, strict=True))
+    given = (number_at(inertia, term, default=usual) for term, usual in zip(TERMS, _DEFAULTS, strict=True))
+    xx, yy, zz, xy, xz, yz = given
     pose = compose(link.place, pose_of(find(element, "pose")))
-    return Mass(number_at(element, "mass", default=1.0), tuple(moments), pose)
+    return Mass(number_at(element, "mass", default=1.0), (xx, yy, zz, xy, xz, yz), pose)
 
 
 def _of_collisions(link: SdfFrame, element: Element) -> Mass:
@@ -113,7 +113,7 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
     return Mass(mass, moments_of(matrix), compose(link.place, ((x, y, z), IDENTITY)))
 
 
-def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
+def turned(moments: Moments, rotation: Quaternion) -> Moments:
     """Return moments of inertia (ixx, iyy, izz, ixy, ixz, iyz) about the axes of another frame.
 
     Args:
@@ -130,19 +130,19 @@ def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
     Raises:
         SdfError: the inertia of this shape is not implemented, or a size is not a number.
     """
-    if shape.tag == "box":
-        x, y, z = (side**2 / 12.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0)))
-        return math.prod(numbers_at(shape, "size", default=(1.0, 1.0, 1.0))), (y + z, x + z, x + y)
-    if shape.tag in ("sphere", "ellipsoid"):
-        radius = number_at(shape, "radius", default=1.0)
-        radii = (radius,) * 3 if shape.tag == "sphere" else numbers_at(shape, "radii", default=(1.0, 1.0, 1.0))
+    solid = solid_of(shape)
+    if isinstance(solid, Box):
+        x, y, z = (side**2 / 12.0 for side in solid.size)
+        return math.prod(solid.size), (y + z, x + z, x + y)
+    if isinstance(solid, Sphere) or shape.tag == "ellipsoid":
+        radii = (solid.radius,) * 3 if solid is not None else numbers_at(shape, "radii", default=(1.0, 1.0, 1.0))
         x, y, z = (part**2 / 5.0 for part in radii)
         return 4.0 / 3.0 * math.pi * math.prod(radii), (y + z, x + z, x + y)
-    if shape.tag in ("cylinder", "capsule"):
-        radius, length = number_at(shape, "radius", default=0.5), number_at(shape, "length", default=1.0)
+    if isinstance(solid, Cylinder | Capsule):
+        radius, length = solid.radius, solid.length
         tube, ball = math.pi * radius**2 * length, 4.0 / 3.0 * math.pi * radius**3
         across, along = tube * (radius**2 / 4.0 + length**2 / 12.0), tube * radius**2 / 2.0
-        if shape.tag == "cylinder" or not tube + ball:
+        if isinstance(solid, Cylinder) or not tube + ball:
             return tube, ((across / tube, across / tube, along / tube) if tube else (0.0, 0.0, 0.0))
         across += ball * (0.4 * radius**2 + length**2 / 4.0 + 0.375 * length * radius)
         along += ball * 0.4 * radius**2

@@ -1,11 +1,12 @@
-"""Converts SDF joints to URDF."""
+"""Reads the joints of SDF models, and writes `<gazebo>` elements for properties that URDF lacks."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
 
-from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.robot_description import WORLD, Bounds, Joint, Link, Mimic
 from graphengine.descriptions.sdf.sdf_frames import FIRST_WITH_FRAMES, SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_shapes import shape_of
 from graphengine.descriptions.sdf.sdf_values import (
@@ -16,12 +17,10 @@ from graphengine.descriptions.sdf.sdf_values import (
     limit_at,
     number_at,
     numbers_at,
-    origin,
+    seen_from,
     text_at,
-    written,
 )
-from graphengine.descriptions.urdf.urdf import WORLD
-from graphengine.devices.rotation import NOWHERE, Pose, relative, rotate, unrotate
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
 
@@ -63,17 +62,17 @@ def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
     return joint.scope.require(parent.text, parent).link(), child
 
 
-def urdf_joint(
+def parts_of(
     joint: SdfFrame, frames: Mapping[SdfFrame, Pose], carries: Mapping[SdfFrame, SdfFrame], findings: Findings
-) -> Iterator[Element]:
-    """Yield the URDF joint of an SDF joint, then `<gazebo>` elements that refer to it or to its child link.
+) -> Iterator[Link | Joint | Element]:
+    """Yield an SDF joint as a joint of a robot, then `<gazebo>` elements that refer to it or to its child link.
 
     A ball joint of a caster ball becomes a fixed joint, and the ball loses its friction; a joint with two axes becomes two joints
     with a link without mass between them. A note says so.
 
     Args:
         joint: frame of the SDF joint.
-        frames: pose of each URDF link in the outermost scope.
+        frames: pose in the outermost scope of each link's frame in the description.
         carries: a joint below each link that has one, by parent link.
         findings: receives notes.
 
@@ -95,19 +94,19 @@ def urdf_joint(
         raise SdfError(
             f"joint {printable(joint.full_name)!r}: type {printable(kind)!r} is not supported", where, advice
         )
-    pose = relative(frames[parent], joint.place) if parent is not None else joint.place
+    pose = seen_from(frames[parent] if parent is not None else NOWHERE, joint.place)
     ends = parent.full_name if parent is not None else WORLD, child.full_name
     if kind in TWO_AXES:
         yield from _two_joints(joint, pose, ends, findings)
     else:
-        yield _joint(joint, joint.full_name, kind, pose, ends, "axis")
+        yield _joint(joint, joint.full_name, kind, pose, ends, element.first("axis"))
     if rolls:
         slippery = [leaf("mu1", "0.0", element.span), leaf("mu2", "0.0", element.span)]
         yield Element("gazebo", {"reference": child.full_name}, element.span, slippery)
     yield from _for_gazebo(joint, element.first("axis"))
 
 
-def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Findings) -> Iterator[Element]:
+def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Findings) -> Iterator[Link | Joint]:
     """Yield the two joints of a joint with two axes, and the link between them.
 
     The joint about `axis` keeps the name; the joint about `axis2`, which moves the child link, gets the name with `_axis2`.
@@ -116,29 +115,33 @@ def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Fi
     between, second = f"{name}_cross", f"{name}_axis2"
     text = f"joint {printable(name)!r}: type {element.get('type')} becomes two revolute joints"
     findings.add("N103", text, element.span, f"{printable(name)} turns about <axis>, {printable(second)} about <axis2>")
-    yield Element("link", {"name": between}, element.span)
+    yield Link(between, Element("link", {"name": between}, element.span), None, ())
     for tag, made, at, links in (
         ("axis", name, pose, (parent, between)),
         ("axis2", second, NOWHERE, (between, child)),
     ):
-        yield _joint(joint, made, "continuous" if _is_limitless(element.first(tag)) else "revolute", at, links, tag)
+        axis = element.first(tag)
+        yield _joint(joint, made, "continuous" if _is_limitless(axis) else "revolute", at, links, axis)
 
 
-def _joint(joint: SdfFrame, name: str, kind: str, pose: Pose, ends: tuple[str, str], tag: str) -> Element:
-    """Return a URDF joint.
+def _joint(joint: SdfFrame, name: str, kind: str, pose: Pose, ends: tuple[str, str], axis: Element | None) -> Joint:
+    """Return a joint of a robot.
 
     Args:
         joint: frame of the SDF joint.
-        name: name of the URDF joint.
-        kind: type of the URDF joint.
+        name: name of the joint in the description.
+        kind: type of the joint in the description.
         pose: pose of the joint in its parent link.
         ends: names of the parent and the child link.
-        tag: tag of the element of the SDF joint with the axis.
+        axis: element of the SDF joint with the axis.
     """
-    element = joint.element
-    links = [Element(end, {"link": link}, element.span) for end, link in zip(("parent", "child"), ends, strict=True)]
-    axis = _axis(joint, element.first(tag)) if kind != "fixed" else ()
-    return Element("joint", {"name": name, "type": kind}, element.span, [*origin(pose, element.span), *links, *axis])
+    made = Joint(name, kind, *ends, pose, Element("joint", {"name": name, "type": kind}, joint.element.span))
+    if kind != "fixed":
+        made.stated_axis = _direction(joint, axis)
+        made.bounds = _bounds(axis, find(axis, "limit") or axis or joint.element)
+        made.losses = _losses(joint, axis)
+        made.mimic = _mimic(joint, find(axis, "mimic"))
+    return made
 
 
 def _kind(joint: SdfFrame) -> str:
@@ -155,33 +158,37 @@ def _limit(axis: Element | None, end: str) -> float:
     return limit_at(axis, "limit", end, default=math.inf if end == "upper" else -math.inf)
 
 
-def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
-    """Yield the URDF elements `axis`, `limit`, `dynamics` and `mimic` of a movable joint."""
-    span = axis.span if axis is not None else joint.element.span
-    yield Element("axis", {"xyz": written(*_direction(joint, axis))}, span)
-    limits = {}
-    for end, sign in (("lower", -1.0), ("upper", 1.0)):
-        value = _limit(axis, end)
-        limits[end] = written(value if math.isfinite(value) else sign * _FAR)
+def _bounds(axis: Element | None, element: Element) -> Bounds:
+    """Return the limits of a joint: none of the position if it has none, and 0 for an effort or velocity without limit."""
+    largest = (limit_at(axis, "limit", end, default=math.inf) for end in ("effort", "velocity"))
+    effort, velocity = (value if 0.0 < value < math.inf else 0.0 for value in largest)
     if _is_limitless(axis):
-        limits = {}
-    for end in ("effort", "velocity"):
-        value = limit_at(axis, "limit", end, default=math.inf)
-        limits[end] = written(value if 0.0 < value < math.inf else 0.0)  # 0 means no limit
-    yield Element("limit", limits, span)
-    dynamics = {name: written(number_at(axis, "dynamics", name, default=0.0)) for name in ("damping", "friction")}
-    if any(numbers(value, 1) != (0.0,) for value in dynamics.values()):
-        yield Element("dynamics", dynamics, span)
-    mimic = find(axis, "mimic")
-    if mimic is not None:
-        multiplier = number_at(mimic, "multiplier", default=0.0)
-        offset = number_at(mimic, "offset", default=0.0) - multiplier * number_at(mimic, "reference", default=0.0)
-        leader = joint.scope.require(mimic.get("joint"), mimic, "joint")
-        law = {"joint": leader.full_name, "multiplier": written(multiplier), "offset": written(offset)}
-        yield Element("mimic", law, mimic.span)
+        return Bounds(None, None, effort, velocity, element)
+    ends = (_limit(axis, end) for end in ("lower", "upper"))
+    lower, upper = (value if math.isfinite(value) else math.copysign(_FAR, value) for value in ends)
+    return Bounds(lower, upper, effort, velocity, element)
 
 
-def _direction(joint: SdfFrame, axis: Element | None) -> tuple[float, ...]:
+def _losses(joint: SdfFrame, axis: Element | None) -> tuple[float, float]:
+    """Return damping and friction of a joint; raise SdfError if one of them is negative or not a number."""
+    damping, friction = (number_at(axis, "dynamics", name, default=0.0) for name in ("damping", "friction"))
+    if min(damping, friction) < 0.0:
+        text = f"joint {printable(joint.full_name)!r}: damping and friction must be numbers of at least 0"
+        raise SdfError(text, (find(axis, "dynamics") or joint.element).span)
+    return damping, friction
+
+
+def _mimic(joint: SdfFrame, mimic: Element | None) -> Mimic | None:
+    if mimic is None:
+        return None
+    multiplier, offset, reference = (
+        number_at(mimic, name, default=0.0) for name in ("multiplier", "offset", "reference")
+    )
+    leader = joint.scope.require(mimic.get("joint"), mimic, "joint")
+    return Mimic(leader.full_name, multiplier, offset - multiplier * reference, mimic)
+
+
+def _direction(joint: SdfFrame, axis: Element | None) -> Vector3:
     """Return the axis (x, y, z) of a joint in the joint frame.
 
     Raises:
@@ -202,8 +209,9 @@ def _direction(joint: SdfFrame, axis: Element | None) -> tuple[float, ...]:
         base = joint.scope.frame
     else:
         return x, y, z
-    turned = unrotate(joint.place[1], rotate(base.place[1], (x, y, z)))
-    return tuple(0.0 if abs(part) < _SLIGHTLY else part for part in turned)
+    x, y, z = unrotate(joint.place[1], rotate(base.place[1], (x, y, z)))
+    x, y, z = (0.0 if abs(part) < _SLIGHTLY else part for part in (x, y, z))
+    return x, y, z
 
 
 def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:

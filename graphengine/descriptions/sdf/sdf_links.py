@@ -1,6 +1,6 @@
-"""Converts SDF links to URDF links, and to `<gazebo>` elements for properties that URDF lacks.
+"""Reads the links of SDF models, and writes `<gazebo>` elements for properties that URDF lacks.
 
-The frame of a URDF link is the frame of its parent joint, so all poses in an SDF link are converted to that frame.
+As in URDF, the frame of a link is the frame of its parent joint, so all poses in an SDF link are converted to that frame.
 """
 
 from __future__ import annotations
@@ -9,22 +9,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.robot_description import Link
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.descriptions.sdf.sdf_inertia import inertial, is_mere_frame
-from graphengine.descriptions.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape
-from graphengine.descriptions.sdf.sdf_values import (
-    SdfError,
-    find,
-    flag_at,
-    leaf,
-    origin,
-    reported,
-    text_at,
-    to_rpy,
-    written,
-)
-from graphengine.devices.rotation import NOWHERE, Pose, relative
+from graphengine.descriptions.sdf.sdf_inertia import inertial_of, is_mere_frame
+from graphengine.descriptions.sdf.sdf_shapes import colour_of, mesh_of, shape_of, solid_of, surface_for_gazebo, textured
+from graphengine.descriptions.sdf.sdf_values import SdfError, find, flag_at, leaf, reported, seen_from, text_at, written
+from graphengine.descriptions.shapes import Geometry, Shape
+from graphengine.devices.rotation import NOWHERE, Pose, to_rpy
 from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import printable
 
 _CONVERTED = ("pose", "inertial", "collision", "visual", "sensor", "gravity", "self_collide")
 _NO_EFFECT = ("must_be_base_link", "enable_wind", "velocity_decay", "kinematic", "frame")
@@ -32,10 +25,10 @@ _NO_EFFECT = ("must_be_base_link", "enable_wind", "velocity_decay", "kinematic",
 
 @dataclass(slots=True)
 class LinkReader:
-    """Converts the links of one model.
+    """Reads the links of one model.
 
     Attributes:
-        frames: pose of each URDF link in the outermost scope, by SDF link.
+        frames: pose in the outermost scope of each link's frame in the description, by SDF link.
         findings: receives errors and notes.
         images: visuals so far that have textures; the textures are not drawn.
         mere_frames: links so far that have neither inertial nor shapes.
@@ -46,37 +39,46 @@ class LinkReader:
     images: list[Element] = field(default_factory=list)
     mere_frames: list[SdfFrame] = field(default_factory=list)
 
-    def link(self, link: SdfFrame) -> Element:
-        """Return the URDF link of an SDF link; errors are added to `findings`."""
-        made = Element("link", {"name": link.full_name}, link.element.span)
+    def link(self, link: SdfFrame) -> Link:
+        """Return an SDF link as a link of a robot; errors are added to `findings`."""
+        shapes: list[Shape] = []
+        made = Link(link.full_name, Element("link", {"name": link.full_name}, link.element.span), None, shapes)
         if is_mere_frame(link):
             self.mere_frames.append(link)
+            return made
         with reported(self.findings):
-            made.children += [inertial(link, self.frames[link])] if not is_mere_frame(link) else []
+            made.inertial = inertial_of(link, self.frames[link])
         for part in link.element.children:
             if part.tag in ("collision", "visual"):
                 with reported(self.findings):
-                    made.children += self._part(part, link)
+                    shape = self._shape(part, link, f"{made.name}.{len(shapes) + 1}")
+                    shapes += [shape] if shape is not None else []
         return made
 
-    def _part(self, part: Element, link: SdfFrame) -> Iterator[Element]:
-        """Yield the URDF element of a collision or visual; leave out a visual that cannot be drawn, and add a note."""
+    def _shape(self, part: Element, link: SdfFrame, name: str) -> Shape | None:
+        """Return the shape of a collision or visual; None for a visual that cannot be drawn, after adding a note."""
         try:
             shape = shape_of(part)
-            geometry = urdf_shape(part, shape, link.scope.references, self.findings) if shape is not None else None
+            geometry = self._geometry(part, shape, link) if shape is not None else None
         except SdfError as error:
             if part.tag == "collision":
                 raise
             self.findings.add("N103", f"not drawn: {error.message}", error.span, *error.help)
-            return
-        if geometry is None:
-            return
-        pose = relative(self.frames[link], place_of(part, link))
-        made = Element(part.tag, {"name": part.get("name")}, part.span, [*origin(pose, part.span), geometry])
-        if part.tag == "visual":
-            made.children += _material(part)
-            self.images += [part] if textured(part) else []
-        yield made
+            return None
+        if shape is None or geometry is None:
+            return None
+        pose, visual = seen_from(self.frames[link], place_of(part, link)), part.tag == "visual"
+        element = Element(part.tag, {"name": part.get("name")}, part.span)
+        self.images += [part] if visual and textured(part) else []
+        return Shape(name, visual, geometry, pose, colour_of(part) if visual else None, element, shape.span)
+
+    def _geometry(self, part: Element, shape: Element, link: SdfFrame) -> Geometry:
+        if shape.tag == "mesh":
+            return mesh_of(shape, link.scope.references, self.findings)
+        if (solid := solid_of(shape)) is not None:
+            return solid
+        text = f"{part.tag} {printable(part.get('name'))!r}: a link of a robot cannot have the shape {shape.tag!r}"
+        raise SdfError(text, shape.span, "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box")
 
     def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
         """Yield a `<gazebo>` element with the properties of a link that URDF lacks, if the link has any."""
@@ -98,20 +100,13 @@ class LinkReader:
 
     def _sensor(self, sensor: Element, link: SdfFrame) -> Element:
         """Return a copy of a `<sensor>` with its pose in the frame of the URDF link."""
-        pose = relative(self.frames[link], place_of(sensor, link))
+        pose = seen_from(self.frames[link], place_of(sensor, link))
         children = [child for child in sensor.children if child.tag != "pose"]
         if pose != NOWHERE:
             given = sensor.first("pose")
             span = given.span if given is not None else sensor.span
             children.insert(0, leaf("pose", written(*pose[0], *to_rpy(pose[1])), span))
         return Element("sensor", dict(sensor.attributes), sensor.span, children, sensor.text)
-
-
-def _material(visual: Element) -> Iterator[Element]:
-    colour = colour_of(visual)
-    if colour is not None:
-        text = written(*colour)  # RViz uses one colour for all materials with the same name
-        yield Element("material", {"name": text}, visual.span, [Element("color", {"rgba": text}, visual.span)])
 
 
 def _scripted_colour(link: Element) -> Iterator[Element]:

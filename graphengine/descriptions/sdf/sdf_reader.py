@@ -1,4 +1,4 @@
-"""Converts a model of an SDF file to URDF, with `<gazebo>` elements for properties that URDF lacks."""
+"""Reads a model of an SDF file as the description of a robot, with `<gazebo>` elements for properties that URDF lacks."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from pathlib import Path
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.link_tree import assembled
+from graphengine.descriptions.robot_description import WORLD, Joint, Link, RobotDescription
 from graphengine.descriptions.sdf.sdf_files import SdfFiles
 from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
-from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving, urdf_joint
+from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving, parts_of
 from graphengine.descriptions.sdf.sdf_links import LinkReader
 from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, leaf, reported
-from graphengine.descriptions.urdf.urdf import WORLD
+from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
@@ -21,8 +23,10 @@ _CONVERTED = ("link", "joint", "frame", "model", "include", "pose", "static", "s
 _NO_EFFECT = ("allow_auto_disable", "enable_wind")
 
 
-def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, name: str = "") -> Element | None:
-    """Convert a model of an SDF file to URDF; return its root element, or None after an error.
+def read_sdf(
+    path: Path, root: Element, packages: Packages, findings: Findings, name: str = ""
+) -> RobotDescription | None:
+    """Return the links and joints of a model of an SDF file; None after an error.
 
     Args:
         path: path of the file.
@@ -33,22 +37,22 @@ def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, 
             or else the only one.
     """
     before = len(findings.errors)
-    made: Element | None = None
+    chosen: Scope | None = None
     with reported(findings):
         files = SdfFiles(packages, findings)
         file = files.main(path, root)
         written = [model for holder in (root, *root.all("world")) for model in holder.all("model")]
-        chosen = next((model for model in written if name and model.get("name") == name), None)
-        if chosen is not None:  # other includes of its world need not be read
-            made = urdf_of(files.scope(chosen, file), findings)
+        given = next((model for model in written if name and model.get("name") == name), None)
+        if given is not None:  # other includes of its world need not be read
+            chosen = files.scope(given, file)
         else:
             models = [files.scope(model, file) for model in root.all("model")]
             for world in root.all("world"):
                 for model in files.scope(world, file).models.values():
                     model.outer = None  # a robot has no fixed pose in the world
                     models.append(model)
-            made = urdf_of(_chosen(models, root, name), findings)
-    return made if len(findings.errors) == before else None
+            chosen = _chosen(models, root, name)
+    return _robot(chosen, packages, findings, before) if chosen is not None else None
 
 
 def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
@@ -76,13 +80,12 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     return robots[0]
 
 
-def urdf_of(model: Scope, findings: Findings) -> Element:
-    """Return the `robot` element of a model as URDF; errors are added to `findings`, and the element is then incomplete."""
-    root = Element("robot", {"name": model.name}, model.element.span)
+def _robot(model: Scope, packages: Packages, findings: Findings, before: int) -> RobotDescription | None:
+    """Return the links and joints of a model; None if there are more than `before` errors then."""
     joints, links = model.all_joints(), model.all_links()
     carriers: dict[SdfFrame, SdfFrame] = {}
     carries: dict[SdfFrame, SdfFrame] = {}
-    bolted, before = False, len(findings.errors)
+    bolted = False
     for joint in joints:
         with reported(findings):
             parent, child = fastened(joint)
@@ -95,24 +98,32 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
         with reported(findings):
             frames[link] = carriers[link].place if link in carriers else link.place
     if len(findings.errors) > before:
-        return root
+        return None
+    reader, span = LinkReader(frames, findings), model.element.span
+    parts: list[Link | Joint | Element] = []
     if bolted:
-        root.children.append(Element("link", {"name": WORLD}, model.element.span))
-    reader = LinkReader(frames, findings)
-    root.children += [reader.link(link) for link in links]
+        parts.append(Link(WORLD, Element("link", {"name": WORLD}, span), None, ()))
+    parts += [reader.link(link) for link in links]
     for joint in joints:
         with reported(findings):
-            root.children += urdf_joint(joint, frames, carries, findings)
-    root.children += [element for link in links for element in reader.for_gazebo(link)]
-    for scope in model.walk():
-        root.children += _for_gazebo(scope)
+            parts += parts_of(joint, frames, carries, findings)
+    parts += [element for link in links for element in reader.for_gazebo(link)]
+    parts += [element for scope in model.walk() for element in _for_gazebo(scope)]
+    _tell(reader, findings)
+    found = [part for part in parts if isinstance(part, Link)]
+    made = [part for part in parts if isinstance(part, Joint)]
+    document = as_urdf(model.name, found, made, span, [part for part in parts if isinstance(part, Element)])
+    return assembled(document, packages, found, made, findings, before)
+
+
+def _tell(reader: LinkReader, findings: Findings) -> None:
+    """Add notes on links that become frames, and on textures."""
     if reader.mere_frames:
         text = "links without inertial and shapes become frames without mass; in SDF, each has a mass of 1 kg"
         names = listing((printable(link.full_name) for link in reader.mere_frames), "links")
         findings.add("N103", text, reader.mere_frames[0].element.span, names)
     if reader.images:
         findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", reader.images[0].span)
-    return root
 
 
 def _for_gazebo(scope: Scope) -> Iterator[Element]:

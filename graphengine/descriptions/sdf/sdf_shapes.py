@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_values import SdfError, find, leaf, number_at, numbers_at, text_at, written
+from graphengine.descriptions.shapes import Box, Capsule, Colour, Cylinder, Mesh, Solid, Sphere
 from graphengine.devices.rotation import Pose, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable
@@ -38,32 +39,26 @@ def shape_of(part: Element) -> Element | None:
     return shape
 
 
-def urdf_shape(part: Element, shape: Element, references: str, findings: Findings) -> Element:
-    """Return the URDF `<geometry>` element of a shape of a collision or visual.
+def solid_of(shape: Element) -> Solid | None:
+    """Return the geometry of a box, cylinder, capsule or sphere; None for other shapes.
 
     Raises:
-        SdfError: a size is not a number, or URDF has no such shape.
+        SdfError: a size is not a number.
     """
-    made = Element(shape.tag, {}, shape.span)
-    if shape.tag == "box":
-        made.attributes["size"] = written(*numbers_at(shape, "size", default=(1.0, 1.0, 1.0)))
-    elif shape.tag in ("cylinder", "capsule"):
-        made.attributes["radius"] = written(number_at(shape, "radius", default=0.5))
-        made.attributes["length"] = written(number_at(shape, "length", default=1.0))
-    elif shape.tag == "sphere":
-        made.attributes["radius"] = written(number_at(shape, "radius", default=1.0))
-    elif shape.tag == "mesh":
-        made = urdf_mesh(shape, references, findings)
-    else:
-        advice = "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box"
-        raise SdfError(
-            f"{part.tag} {_name(part)}: a link of a robot cannot have the shape {shape.tag!r}", shape.span, advice
-        )
-    return Element("geometry", {}, shape.span, [made])
+    match shape.tag:
+        case "box":
+            x, y, z = numbers_at(shape, "size", default=(1.0, 1.0, 1.0))
+            return Box((x, y, z))
+        case "cylinder" | "capsule" as tag:
+            radius, length = number_at(shape, "radius", default=0.5), number_at(shape, "length", default=1.0)
+            return (Cylinder if tag == "cylinder" else Capsule)(radius, length)
+        case "sphere":
+            return Sphere(number_at(shape, "radius", default=1.0))
+    return None
 
 
-def urdf_mesh(shape: Element, references: str, findings: Findings) -> Element:
-    """Return the URDF `<mesh>` element of an SDF mesh.
+def mesh_of(shape: Element, references: str, findings: Findings) -> Mesh:
+    """Return the geometry of an SDF mesh.
 
     Args:
         shape: SDF `<mesh>` element.
@@ -79,14 +74,13 @@ def urdf_mesh(shape: Element, references: str, findings: Findings) -> Element:
     if (part := shape.first("submesh")) is not None:
         text = f"submesh {printable(text_at(part, 'name')[:60])!r}: the whole mesh is used, at its position in the file"
         findings.add("N103", text, part.span)
-    attributes = {"filename": uri.text if "://" in uri.text or uri.text.startswith("/") else references + uri.text}
-    scale = numbers_at(shape, "scale", default=(1.0, 1.0, 1.0))
-    if scale != (1.0, 1.0, 1.0):
-        attributes["scale"] = written(*scale)
-    return Element("mesh", attributes, uri.span)
+    filename = uri.text if "://" in uri.text or uri.text.startswith("/") else references + uri.text
+    x, y, z = numbers_at(shape, "scale", default=(1.0, 1.0, 1.0))
+    scale = {"scale": written(x, y, z)} if (x, y, z) != (1.0, 1.0, 1.0) else {}
+    return Mesh(filename, (x, y, z), Element("mesh", {"filename": filename, **scale}, uri.span))
 
 
-def colour_of(visual: Element) -> tuple[float, float, float, float] | None:
+def colour_of(visual: Element) -> Colour | None:
     """Return red, green, blue and opacity (0 to 1) of a visual: its diffuse colour, else its ambient colour, else None."""
     for tag in ("diffuse", "ambient"):
         text = text_at(visual, "material", tag)

@@ -1,4 +1,4 @@
-"""Reads texts, numbers and poses of SDF elements, and writes poses for URDF and MJCF."""
+"""Reads texts, numbers and poses of SDF elements, and writes poses for MJCF."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, from_rpy, rotate
+from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, from_rpy, relative
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing, printable
 
@@ -149,27 +149,16 @@ def written(*values: float) -> str:
     return " ".join(repr(value + 0.0) for value in values)
 
 
-def to_rpy(rotation: Quaternion) -> Vector3:
-    """Return the roll, pitch and yaw (rad) of a rotation, about the fixed axes x, y and z; also valid at 90 degrees pitch."""
-    ahead, left, up = (rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-    yaw = math.atan2(ahead[1], ahead[0])
-    sine, cosine = math.sin(yaw), math.cos(yaw)
-    pitch = math.atan2(-ahead[2], cosine * ahead[0] + sine * ahead[1])
-    roll = math.atan2(sine * up[0] - cosine * up[1], cosine * left[1] - sine * left[0])
-    return roll, pitch, yaw
-
-
 def placed(pose: Pose, **more: str) -> dict[str, str]:
     """Return the MJCF attributes `pos` and `quat` of a pose, preceded by the given other attributes."""
     x, y, z, w = pose[1]
     return {**more, "pos": written(*pose[0]), "quat": written(w, x, y, z)}
 
 
-def origin(pose: Pose, span: Span) -> list[Element]:
-    """Return a list with the URDF `<origin>` element of a pose; an empty list for the identity."""
-    if pose == NOWHERE:
-        return []
-    return [Element("origin", {"xyz": written(*pose[0]), "rpy": written(*to_rpy(pose[1]))}, span)]
+def seen_from(frame: Pose, place: Pose) -> Pose:
+    """Return a pose relative to a frame; both are given in the same frame. -0.0 becomes 0.0."""
+    (x, y, z), (qx, qy, qz, qw) = relative(frame, place)
+    return (x + 0.0, y + 0.0, z + 0.0), (qx + 0.0, qy + 0.0, qz + 0.0, qw + 0.0)
 
 
 def leaf(tag: str, text: str, span: Span) -> Element:

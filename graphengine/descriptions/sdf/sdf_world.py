@@ -1,4 +1,4 @@
-"""Converts an SDF world to MJCF: scenery, loose objects, lights and gravity.
+"""Converts an SDF world to MJCF: scenery, loose objects, lights, gravity and the place on Earth.
 
 A static model becomes fixed bodies; any other model without moving joints becomes free bodies. A model with moving joints is
 treated as a robot: it is left out with a warning, because robots must be listed in the scene file.
@@ -14,6 +14,7 @@ from pathlib import Path
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_earth import earth_at
 from graphengine.descriptions.sdf.sdf_files import SdfFiles
 from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
@@ -21,8 +22,8 @@ from graphengine.descriptions.sdf.sdf_inertia import mass_of, turned
 from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving
 from graphengine.descriptions.sdf.sdf_lights import light_of, look_of, sky_of
 from graphengine.descriptions.sdf.sdf_shapes import textured
-from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, to_rpy, written
-from graphengine.devices.rotation import Pose, relative
+from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, written
+from graphengine.devices.rotation import Pose, relative, to_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable, quoted
 
@@ -31,7 +32,7 @@ _GRAVITY = (0.0, 0.0, -9.8)
 _COMPILER = {"angle": "radian", "autolimits": "true", "balanceinertia": "true"}
 _STATISTIC = {"extent": "1", "center": "0 0 0.5", "meansize": "0.2"}
 """Attributes of `<statistic>`, by which MuJoCo scales its rendering; the same as in the built-in worlds."""
-_CONVERTED = ("model", "include", "light", "gravity", "frame", "scene")
+_CONVERTED = ("model", "include", "light", "gravity", "frame", "scene", "spherical_coordinates")
 _LEFT_OUT = "it has moving joints, so it is a robot, and robots must be listed in the scene"
 
 
@@ -92,6 +93,7 @@ class _WorldWriter:
             Element("option", {"gravity": gravity}, span),
             Element("statistic", dict(_STATISTIC), span),
             look_of(element),
+            *earth_at(element, self.findings),
             Element("asset", {}, span, [sky_of(element), *meshes]),
             body,
         ]
@@ -157,7 +159,9 @@ class _WorldWriter:
         element = self.world.element
         if tags := dict.fromkeys(child.tag for child in element.children if child.tag not in _CONVERTED):
             what = listing(map(printable, tags), "not used")
-            self.findings.add("N103", "only models, lights and gravity of the world are used", element.span, what)
+            self.findings.add(
+                "N103", "only models, lights, gravity and the place on Earth of the world are used", element.span, what
+            )
         visuals = (visual for model in models for link in model.all_links() for visual in link.element.all("visual"))
         if image := next(filter(textured, visuals), None):
             self.findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", image.span)

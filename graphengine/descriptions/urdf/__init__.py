@@ -1,1 +1,1 @@
-"""Links and joints: `urdf_reader` parses them, `mujoco_writer` writes them onto an MjSpec, and `inertia` corrects masses."""
+"""URDF: `urdf_reader` and `link_parts` read it, and `urdf_writer` writes it."""

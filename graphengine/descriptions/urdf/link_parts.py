@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from graphengine.descriptions.files.xml import Element, number, numbers
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.descriptions.urdf.urdf import TERMS, Inertial
+from graphengine.descriptions.robot_description import TERMS, Inertial
+from graphengine.descriptions.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
 from graphengine.devices.rotation import NOWHERE, Pose, from_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
@@ -52,7 +52,7 @@ def inertial_of(link: Element, findings: Findings) -> Inertial | None:
     if inertia is None:
         return Inertial(mass, None, pose)
     terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
-    if terms is None and not mass:  # MuJoCo gets no moments of a link without mass, so wrong ones are no error
+    if terms is None and not mass:  # the moments of a massless link are not used, so they may be illegal
         return Inertial(mass, None, pose)
     if terms is None:
         text = f"link {link.get('name')!r}: the inertia must have six numbers, in kg m2"
@@ -90,16 +90,17 @@ def shapes_of(link: Element, colours: Mapping[str, Colour], findings: Findings) 
     for index, part in enumerate(link.children):
         if part.tag not in ("collision", "visual"):
             continue
-        geometry = _geometry(part, name, findings)
+        shape = _shape_of(part, name, findings)
+        geometry = _geometry(shape, name, findings) if shape is not None else None
         material = part.first("material")
         colour = _own_colour(material) or colours.get(material.get("name")) if material is not None else None
-        if geometry is not None:
-            visual = part.tag == "visual"
-            yield Shape(f"{name}.{index}", visual, geometry, origin_of(part) or NOWHERE, colour, part)
+        if shape is not None and geometry is not None:
+            pose, visual = origin_of(part) or NOWHERE, part.tag == "visual"
+            yield Shape(f"{name}.{index}", visual, geometry, pose, colour, part, shape.span)
 
 
-def _geometry(part: Element, link: str, findings: Findings) -> Geometry | None:
-    """Return the geometry of a `collision` or `visual` element; None after an error."""
+def _shape_of(part: Element, link: str, findings: Findings) -> Element | None:
+    """Return the element of the shape of a `collision` or `visual`; None after an error."""
     holder = part.first("geometry")
     if holder is None or not holder.children:
         text = f"link {link!r}: a {part.tag} without a shape in its <geometry>"
@@ -110,6 +111,11 @@ def _geometry(part: Element, link: str, findings: Findings) -> Geometry | None:
         near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
         findings.add("S103", f"link {link!r}: unknown shape {shape.tag[:40]!r}", shape.span, near)
         return None
+    return shape
+
+
+def _geometry(shape: Element, link: str, findings: Findings) -> Geometry | None:
+    """Return the geometry of the element of a shape; None after an error."""
     if shape.tag == "mesh":
         scale = numbers(shape.get("scale", "1 1 1"), 3)
         return Mesh(shape.get("filename"), (scale[0], scale[1], scale[2]), shape) if scale is not None else None

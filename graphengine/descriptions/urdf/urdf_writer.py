@@ -1,17 +1,42 @@
-"""Writes links and joints as URDF, for descriptions that are not read from URDF."""
+"""Writes links and joints as URDF: those of descriptions in other formats, and changes by robot files."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
-from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere, kind_of
-from graphengine.descriptions.urdf.urdf import TERMS, Inertial, UrdfJoint, UrdfLink
-from graphengine.devices.rotation import Pose, to_rpy
+from graphengine.descriptions.files.xml import Element, document_text
+from graphengine.descriptions.robot_description import TERMS, Inertial, Joint, Link, RobotDescription
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere, kind_of
+from graphengine.descriptions.urdf.link_parts import number_at, origin_of
+from graphengine.devices.rotation import NOWHERE, Pose, to_rpy
 from graphengine.format.diagnostics import Span
 
 
-def as_urdf(name: str, links: Iterable[UrdfLink], joints: Iterable[UrdfJoint], span: Span) -> Element:
+def description_text(description: RobotDescription) -> str:
+    """Return the text of a description as URDF, with the present positions, limits and types of its joints."""
+    now = {joint.element: _as_now(joint) for joint in description.joints.values()}
+    root = replace(description.element, children=[now.get(child, child) for child in description.element.children])
+    return document_text(root)
+
+
+def _as_now(joint: Joint) -> Element:
+    """Return a copy of a joint's element with the position, limits and type that the joint has now."""
+    element, changes = joint.element, dict[str, dict[str, str]]()
+    if (origin_of(element) or NOWHERE)[0] != joint.pose[0]:
+        changes["origin"] = {"xyz": _numbers(joint.pose[0])}
+    limit, ends = element.first("limit"), {"lower": joint.bounds.lower, "upper": joint.bounds.upper}
+    if any(number_at(limit, name) != end for name, end in ends.items()):
+        changes["limit"] = {name: repr(end) for name, end in ends.items()}
+    children = [replace(each, attributes=each.attributes | changes.pop(each.tag, {})) for each in element.children]
+    for tag, attributes in changes.items():
+        children.insert(0 if tag == "origin" else len(children), Element(tag, attributes, element.span))
+    return replace(element, attributes=element.attributes | {"type": joint.type}, children=children)
+
+
+def as_urdf(
+    name: str, links: Iterable[Link], joints: Iterable[Joint], span: Span, others: Iterable[Element] = ()
+) -> Element:
     """Return the `robot` element of a description.
 
     The elements of links and joints get their content. Each joint follows the links that it connects, so that the tree can be
@@ -22,6 +47,7 @@ def as_urdf(name: str, links: Iterable[UrdfLink], joints: Iterable[UrdfJoint], s
         links: links in order of the description.
         joints: joints in order of the description.
         span: source location of the whole.
+        others: elements for other programs.
     """
     root = Element("robot", {"name": name}, span)
     waiting, known = list(joints), set[str]()
@@ -33,6 +59,7 @@ def as_urdf(name: str, links: Iterable[UrdfLink], joints: Iterable[UrdfJoint], s
             joint = waiting.pop(0)
             joint.element.children = list(_joint(joint))
             root.children.append(joint.element)
+    root.children += others
     return root
 
 
@@ -50,8 +77,13 @@ def _shape(shape: Shape) -> Element:
     attributes = {key: _numbers(values) for key, values in _sizes(shape.geometry)}
     if isinstance(shape.geometry, Mesh):
         attributes = {"filename": shape.geometry.filename, **attributes}
-    geometry = Element(kind_of(shape.geometry), attributes, span)
+    geometry = Element(kind_of(shape.geometry), attributes, shape.place)
     shape.element.children = [_origin(shape.pose, span), Element("geometry", {}, span, [geometry])]
+    if shape.colour is not None:
+        rgba = _numbers(shape.colour)  # RViz uses one colour for all materials with the same name
+        shape.element.children.append(
+            Element("material", {"name": rgba}, span, [Element("color", {"rgba": rgba}, span)])
+        )
     return shape.element
 
 
@@ -67,19 +99,20 @@ def _sizes(geometry: Geometry) -> Iterator[tuple[str, Iterable[float]]]:
             yield from (("radius", (radius,)), ("length", (length,)))
 
 
-def _joint(joint: UrdfJoint) -> Iterator[Element]:
+def _joint(joint: Joint) -> Iterator[Element]:
     span, bounds = joint.element.span, joint.bounds
     yield _origin(joint.pose, span)
     yield from (Element("parent", {"link": joint.parent}, span), Element("child", {"link": joint.child}, span))
     if joint.moves:
         limits = {"lower": bounds.lower, "upper": bounds.upper, "effort": bounds.effort, "velocity": bounds.velocity}
         given = {name: repr(value) for name, value in limits.items() if value is not None}
-        yield Element("axis", {"xyz": _numbers(joint.stated_axis)}, span)
-        yield Element("limit", given, span)
-        yield Element("dynamics", dict(zip(("damping", "friction"), map(repr, joint.losses), strict=True)), span)
+        place = bounds.element.span if bounds.element is not None else span
+        yield Element("axis", {"xyz": _numbers(joint.stated_axis)}, place)
+        yield Element("limit", given, place)
+        yield Element("dynamics", dict(zip(("damping", "friction"), map(repr, joint.losses), strict=True)), place)
     if joint.mimic is not None:
         law = {"joint": joint.mimic.leader, "multiplier": repr(joint.mimic.multiplier)}
-        yield Element("mimic", {**law, "offset": repr(joint.mimic.offset)}, span)
+        yield Element("mimic", {**law, "offset": repr(joint.mimic.offset)}, joint.mimic.element.span)
 
 
 def _origin(pose: Pose, span: Span) -> Element:

@@ -10,8 +10,9 @@ import numpy as np
 
 from graphengine.devices.backend import World
 from graphengine.devices.random_streams import key_of
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.devices.stage import Stage
 from graphengine.format.permissions import Permissions
+from graphengine.format.prim_paths import at_or_below
 from graphengine.messages.action_client import ActionClient
 from graphengine.messages.actions import ActionServer
 from graphengine.messages.endpoints import EndpointClaim, Network, ServiceServer

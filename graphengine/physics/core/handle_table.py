@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
-from graphengine.devices.stage import Prim, at_or_below
+from graphengine.devices.stage import Prim
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
 
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
+S = TypeVar("S")
 
 
-class Handle(Stateful):
-    """Base class of handles: gives access to one prim in the current model of a simulation."""
+class Handle(Stateful, Generic[S]):
+    """Base class of handles: gives access to one prim in the current model of a simulation of the class `S`."""
 
     sees_steps: ClassVar[bool] = False
     """Whether the simulation calls the `see_...` methods of the handle in every physics step."""
     casts_rays: ClassVar[bool] = False
     """Whether the handle casts rays; their kernels are compiled before the nodes of a session are set up."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+    def __init__(self, simulation: S, prim: Prim) -> None:
         self._simulation = simulation
         self._prim = prim
         self.prim_path = prim.path
@@ -52,7 +52,7 @@ class Handle(Stateful):
         """Observe that a body was placed elsewhere between two steps, which does not count as motion."""
 
 
-H = TypeVar("H", bound=Handle)
+H = TypeVar("H", bound=Handle[Any])
 
 
 class HandleTable:
@@ -62,10 +62,10 @@ class HandleTable:
         watching: handles whose `sees_steps` is true.
     """
 
-    def __init__(self, simulation: SimulationCore) -> None:
+    def __init__(self, simulation: object) -> None:
         self._simulation = simulation
-        self.watching: list[Handle] = []
-        self._handles: dict[tuple[type[Handle], str], Handle] = {}
+        self.watching: list[Handle[Any]] = []
+        self._handles: dict[tuple[type[Handle[Any]], str], Handle[Any]] = {}
 
     def find(self, kind: type[H], prim: Prim, **options: Any) -> H:
         """Return the handle of a prim for a handle class and options; it is created at first use."""
@@ -82,11 +82,11 @@ class HandleTable:
             self._handles.pop(key).reset()
         self._changed()
 
-    def save(self) -> dict[tuple[type[Handle], str], Any]:
+    def save(self) -> dict[tuple[type[Handle[Any]], str], Any]:
         """Return the states of all handles."""
         return {key: handle.save() for key, handle in self._handles.items()}
 
-    def restore(self, saved: Mapping[tuple[type[Handle], str], Any]) -> None:
+    def restore(self, saved: Mapping[tuple[type[Handle[Any]], str], Any]) -> None:
         """Restore the states of all handles. Handles that did not exist at `save` are released; `find` creates them again."""
         for key in [key for key in self._handles if key not in saved]:
             self._handles.pop(key).reset()
@@ -99,10 +99,11 @@ class HandleTable:
         for handle in self._handles.values():
             handle.bind()
 
-    def reset(self) -> None:
-        """Discard the measurements of all handles."""
-        for handle in self._handles.values():
-            handle.reset()
+    def reset(self, prim_path: str = "") -> None:
+        """Discard the measurements of the handles of a prim and of all prims below it; of all handles if the path is empty."""
+        for (_, key), handle in self._handles.items():
+            if not prim_path or at_or_below(key, prim_path):
+                handle.reset()
 
     def clear(self) -> None:
         """Release all handles."""

@@ -1,40 +1,22 @@
-"""The core of a simulation, which handles and sensors use: its model, state and clock, steps, resets and checkpoints."""
+"""The core of a simulation, which handles and sensors use: its steps, resets and checkpoints."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Self
 
 import numpy as np
 
-from graphengine.descriptions.actuators.drives import KINDS, Drive
-from graphengine.descriptions.engine import Floats, data_at_start, model_bytes, mujoco, round_weights, sort_geoms, wake
-from graphengine.devices.rotation import Pose
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.descriptions.engine import Floats, model_bytes, mujoco
 from graphengine.format.stateful import Stateful
-from graphengine.physics.core.handle_table import Handle, HandleTable
-from graphengine.physics.core.held_bodies import PlacedBody
-from graphengine.physics.dynamics.directed_friction import DirectedFriction
-from graphengine.physics.dynamics.drive_step import DriveStep
-from graphengine.physics.dynamics.force_limits import ForceLimits
-from graphengine.physics.dynamics.forces import Forces
-from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
-from graphengine.physics.dynamics.keyframes import begin_in, hold
-from graphengine.physics.dynamics.model_overrides import Frictions, Lights
-from graphengine.physics.dynamics.mounts import Mounts
-from graphengine.physics.dynamics.moving_surfaces import MovingSurfaces
-from graphengine.physics.dynamics.pushes import Pushes
-from graphengine.physics.dynamics.set_points import SetPoints
+from graphengine.physics.core.handle_table import Handle
+from graphengine.physics.core.simulation_model import STATE, SimulationModel
+from graphengine.physics.dynamics.held_bodies import HeldBody
 from graphengine.physics.dynamics.settling import settle as settle_bodies
-from graphengine.physics.dynamics.solver_errors import begin_step, diverged, gave_up, out_of_range
-from graphengine.physics.dynamics.transfer import Transfer
-from graphengine.physics.dynamics.welds import Welds
-from graphengine.physics.ray_casting.rays import Rays, RaysChoice, select_rays
-
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit
+from graphengine.physics.dynamics.solver_errors import begin_step, diverged, gave_up
+from graphengine.physics.dynamics.start_state import initial_data
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +31,7 @@ class SavedState:
         parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces and welds.
         surfaces: names of the bodies that have moving surfaces.
         handles: states of the handles (such as sensor samples), by handle class and key.
-        held: paths of the prims that a node placed and that are held at their poses.
+        held: coordinates of the bodies that are held at their poses, by path of the placed prim.
     """
 
     counts: Any
@@ -58,77 +40,18 @@ class SavedState:
     gravity: Floats
     parts: list[Any]
     surfaces: tuple[str, ...]
-    handles: dict[tuple[type[Handle], str], Any]
-    held: list[str]
+    handles: dict[tuple[type[Handle[Any]], str], Any]
+    held: dict[str, Floats | None]
 
 
-class SimulationCore(Stateful):
-    """A model with its state and clock.
+class SimulationCore(SimulationModel):
+    """Steps, resets and copies a simulation. Arguments and errors are those of `SimulationModel`.
 
     A step is `mj_step2` followed by `mj_step1`: the trajectory equals that of `mj_step` bit by bit, but poses and velocities
     belong to the state after the step, not to the state before it.
-
-    Args:
-        model: compiled model; its timestep is one substep.
-        stage: prims whose `body` names bodies of the model.
-        tick_rate: ticks per second.
-        substeps: physics steps in a tick.
-        seed: seed of the sensors' noise.
-        rays: method of casting the rays of lidars; for `auto`, `rays_in_use` names the method that was selected.
-        sees_own_robots: whether sensors whose robot file does not say so see their own robot.
-
-    Raises:
-        PhysicsError: the simulation cannot start, or diverged while settling.
     """
 
     kept = ("_start", "clamped_commands", "dropped_pictures", "seed", "steps", "tick")
-
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        stage: Stage,
-        tick_rate: Fraction,
-        substeps: int,
-        *,
-        seed: int = 0,
-        rays: RaysChoice = "auto",
-        sees_own_robots: bool = True,
-    ) -> None:
-        self.stage = stage
-        self.tick_period = (tick_rate.denominator, tick_rate.numerator)
-        self.substeps = substeps
-        self.seed = seed
-        """Seed of the sensors' noise; a new value takes effect with the next sample."""
-        self.tick = 0
-        self.steps = 0
-        """Number of physics steps since the start."""
-        self.settled_after: float | None = None
-        """Simulation time that settling took, s; None if it was not requested or not all bodies came to rest."""
-        self.realtime = False
-        """Whether late camera images are dropped; if False, the tick in which an image is due waits for it."""
-        self.dropped_pictures: dict[str, int] = {}
-        """Number of images dropped since play, by prim path of the camera."""
-        self.clamps_commands = True
-        """Whether a command beyond a joint's limits is clamped; otherwise it is applied unchanged."""
-        self.clamped_commands: dict[str, int] = {}
-        """Number of commands that were clamped, by kind, joint and limit."""
-        self._rays_choice = rays
-        self.sees_own_robots = sees_own_robots
-        self._rays: Rays | None = None
-        self.handles = HandleTable(self)
-        """Handles by which nodes and sensors use prims; all are bound to the current model."""
-        self._mounts = Mounts()
-        self._frictions = Frictions(stage)
-        self._lights = Lights(stage)
-        self.pushes = Pushes()
-        self.surfaces = MovingSurfaces()
-        self.welds = Welds()
-        self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
-        """Function that recompiles the model with moving surfaces on the named bodies; `LoadedWorld` sets it."""
-        self.held: list[PlacedBody] = []
-        """Handles of the bodies that were placed and are held at their poses."""
-        self._built_gravity = model.opt.gravity.copy()
-        self.rebind(model, self._data_at_start(model))
 
     def settle(self) -> None:
         """Let all bodies come to rest; the simulation then starts from this state. Call this before the first step only.
@@ -165,161 +88,6 @@ class SimulationCore(Stateful):
             and model_bytes(self.model) == model_bytes(other.model)
         )
 
-    def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Switch to another model and state, for example with an additional body, and bind all handles to them.
-
-        `reset` then returns to this state. After an error, nothing has changed.
-
-        Raises:
-            PhysicsError: MuJoCo cannot compute poses and contacts of the state.
-            UsageError: the requested ray casting method cannot be used with the model.
-        """
-        # A diverged state must stay where it can be seen; by default MuJoCo silently begins anew.
-        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-        sort_geoms(model)
-        round_weights(model)
-        surfaces, welds = self.surfaces.bound_to(model, data), self.welds.bound_to(model, data)
-        begin_step(model, data, directed := DirectedFriction(self.stage, model, data))
-        if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
-            raise out_of_range(model, data)
-        self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
-        self.model, self.data, self._directed, self.surfaces, self.welds = model, data, directed, surfaces, welds
-        self.forces = Forces(model, data)
-        drives = list(self._drives())
-        self.set_points = SetPoints(model, data, drives)
-        self.limits = ForceLimits(model, data, drives)
-        self._drive_step = DriveStep(
-            model, data, self.set_points, self.limits, GravityCompensation(model, data, drives)
-        )
-        # A model that is close to singular from the start was told to be, when it was built; most of them do move.
-        singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
-        self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
-        self._remember_start()
-        self.pushes.bind(model, data)
-        self.handles.bind()
-        if self.held:
-            self.refresh()
-
-    def continue_with(self, model: mujoco.MjModel, *, awake: bool = False) -> None:
-        """Switch to a changed model, for example to add or remove a robot.
-
-        Bodies that both models have keep their state, commands and initial pose.
-
-        Args:
-            model: compiled model.
-            awake: whether to wake all sleeping bodies, because their support may have moved.
-        """
-        self._mounts.carry_over(model)
-        self._frictions.carry_over(model)
-        self._lights.carry_over(model)
-        model.opt.gravity = self.model.opt.gravity
-        before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
-        mujoco.mj_setState(self.model, origin, self._start, _STATE)
-        transfer, data, start = Transfer(self.model, model), self._data_at_start(model), self._data_at_start(model)
-        transfer.carry_over(before, data)
-        if awake:
-            wake(model, data)
-        transfer.carry_over(origin, start)
-        self.rebind(model, data)
-        mujoco.mj_getState(model, start, self._start, _STATE)
-        transfer.carry_over_commands(points, self.set_points)
-        self.limits.carry_over(limits)
-
-    def with_mount(self, body: int, pose: Pose) -> mujoco.MjModel:
-        """Return a copy of the model in which a body that is fixed to the world is at a pose in the world frame."""
-        return self._mounts.moved(self.model, body, pose)[1]
-
-    def move_mount(self, body: int, pose: Pose) -> None:
-        """Move a body that is fixed to the world to a pose in the world frame.
-
-        Raises:
-            PhysicsError: MuJoCo cannot compute the contacts of the moved body; nothing has changed.
-        """
-        for held in self.held:
-            held.soften()  # what is copied is to be as it was built
-        self.welds.withdraw()
-        before = self._mounts
-        self._mounts, model = before.moved(self.model, body, pose)
-        try:
-            self.continue_with(model, awake=True)
-        except BaseException:
-            self._mounts = before
-            for held in self.held:
-                held.bind()
-            self.welds = self.welds.bound_to(self.model, self.data)
-            raise
-        for handle in self.handles.watching:
-            handle.see_displacement()
-
-    def add_surfaces(self, bodies: Collection[str]) -> None:
-        """Add a moving surface, initially at rest, to the named bodies.
-
-        Raises:
-            CheckError: MuJoCo refuses the model; the simulation is unchanged.
-        """
-        assert self.recompile is not None  # a world that was loaded sets it
-        self.continue_with(self.recompile([*self.surfaces.velocities, *bodies]))
-
-    def let_go(self, body: int) -> None:
-        """Stop holding a placed body, so that physics moves it again."""
-        for held in [held for held in self.held if held.body == body]:
-            held.release()
-            self.held.remove(held)
-
-    def refresh(self) -> None:
-        """Update derived quantities after the state was written directly.
-
-        Raises:
-            PhysicsError: MuJoCo cannot compute poses and contacts of this state.
-        """
-        begin_step(self.model, self.data, self._directed)
-        self.forces.forget()
-        self.pushes.apply()
-        for handle in self.handles.watching:
-            handle.see_displacement()
-
-    def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
-        """Return the initial state of a model: robots in keyframes, joints at their start positions and held there."""
-        data = data_at_start(model)
-        given: set[str] = set()
-        for prim in self.stage.prims("robot"):
-            if "keyframe" in prim.facts:
-                place = (prim.position, prim.orientation)
-                given |= begin_in(prim.facts["keyframe"], f"{prim.entity_name}/", place, model, data)
-        for prim in self.stage.prims("joint"):
-            robot, start, drive = self.stage.robot_of(prim), prim.facts.get("start"), prim.facts["drive"]
-            if robot is None or (start is None and drive is None):
-                continue
-            name = f"{robot.entity_name}/{prim.facts['joint']}"
-            place = model.jnt_qposadr[model.joint(name).id]
-            moved = start is not None and start != data.qpos[place]
-            if moved:
-                data.qpos[place] = start
-            for servo in filter(None, (drive.servo(name, kind) for kind in KINDS) if drive is not None else ()):
-                hold(servo, float(data.qpos[place]), model, data, controlled=servo.name in given and not moved)
-        return data
-
-    def _remember_start(self) -> None:
-        self._start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
-        mujoco.mj_getState(self.model, self.data, self._start, _STATE)
-
-    def _start_commands(self) -> None:
-        self.set_points.start()
-        self.limits.start()
-
-    def _drives(self) -> Iterator[tuple[str, Drive]]:
-        """Yield pairs of a joint's name in the model and the joint's drive.
-
-        Drives that do not move exactly one joint come last, with their robot's prefix in place of a joint name.
-        """
-        for prim in self.stage.prims("joint"):
-            robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
-            if robot is not None and drive is not None:
-                yield f"{robot.entity_name}/{prim.facts['joint']}", drive
-        for robot in self.stage.prims("robot"):
-            for drive in robot.facts.get("other_actuators", {}).values():
-                yield f"{robot.entity_name}/", drive
-
     @property
     def time(self) -> float:
         """Simulation time of this tick, s."""
@@ -336,6 +104,15 @@ class SimulationCore(Stateful):
         """Whether the physics steps of a tick are running; graphs that run per physics step are executed at these times."""
         return self.steps > self.tick * self.substeps
 
+    @property
+    def in_first_step(self) -> bool:
+        """Whether the present physics step is the first one of its tick."""
+        return self.steps % self.substeps == 1 % self.substeps
+
+    def _start_commands(self) -> None:
+        self.set_points.start()
+        self.limits.start()
+
     def step(self) -> None:
         """Apply joint commands and integrate one substep.
 
@@ -347,8 +124,8 @@ class SimulationCore(Stateful):
         try:
             mujoco.mj_step2(self.model, self.data)
             for handle in self.handles.watching:
-                handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces nobody knows yet
-            for body in self.held:
+                handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces are not computed yet
+            for body in self.held.values():
                 body.hold()
             if self.surfaces:
                 self.surfaces.hold()
@@ -389,7 +166,7 @@ class SimulationCore(Stateful):
         self._frictions.put_back(self.model)
         self._lights.put_back(self.model)
         mujoco.mj_resetData(self.model, self.data)
-        mujoco.mj_setState(self.model, self.data, self._start, _STATE)
+        mujoco.mj_setState(self.model, self.data, self._start, STATE)
         begin_step(self.model, self.data, self._directed)
         self._start_commands()
         self.forces.forget()
@@ -397,8 +174,8 @@ class SimulationCore(Stateful):
 
     def _release_bodies(self) -> None:
         """Release all bodies that handles or welds hold, so that the model is as it was compiled."""
-        for body in self.held:
-            body.release()
+        for body in self.held.values():
+            body.soften()
         self.held.clear()
         self.welds.clear()
 
@@ -418,7 +195,7 @@ class SimulationCore(Stateful):
             [part.save() for part in self._parts()],
             tuple(self.surfaces.velocities),
             self.handles.save(),
-            [body.prim_path for body in self.held],
+            {path: body.coordinates for path, body in self.held.items()},
         )
 
     def restore(self, saved: SavedState) -> None:
@@ -427,12 +204,12 @@ class SimulationCore(Stateful):
         if saved.surfaces != tuple(self.surfaces.velocities):
             assert self.recompile is not None
             model = self.recompile(saved.surfaces)
-            self.rebind(model, self._data_at_start(model))
+            self.rebind(model, initial_data(model, self.stage))
         if self._mounts or any(saved.mounts):
             model = self._mounts.put_back(self.model) or copy.copy(self.model)
             self._mounts.restore(saved.mounts)
             self._mounts.carry_over(model)
-            self.rebind(model, self._data_at_start(model))
+            self.rebind(model, initial_data(model, self.stage))
         super().restore(saved.counts)
         self.model.opt.gravity = saved.gravity
         self._frictions.put_back(self.model)
@@ -443,9 +220,10 @@ class SimulationCore(Stateful):
         self._frictions.carry_over(self.model)
         self._lights.carry_over(self.model)
         self.handles.restore(saved.handles)
-        self.held = [self.handles.find(PlacedBody, self.stage.find(path)) for path in saved.held]
-        for body in self.held:
-            body.bind()
+        self.held = {
+            path: HeldBody(self.model, self.data, self.stage, self.stage.find(path), coordinates)
+            for path, coordinates in saved.held.items()
+        }
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
@@ -454,24 +232,3 @@ class SimulationCore(Stateful):
     def close(self) -> None:
         """Release all handles."""
         self.handles.clear()
-
-    @property
-    def rays(self) -> Rays:
-        """The ray caster of lidars for the current model; it is created at first use, because a scene may have no lidar.
-
-        Raises:
-            UsageError: `fast` was requested but cannot be used.
-        """
-        if self._rays is None:
-            self._rays = select_rays(self._rays_choice, self.model, self.data)
-        return self._rays
-
-    @property
-    def rays_in_use(self) -> str:
-        """Name of the ray casting method that is used; empty until a lidar is used."""
-        return self._rays.name if self._rays is not None else ""
-
-    def forget(self, prim_path: str) -> None:
-        """Release the handles of a prim and of all prims below it."""
-        self.held = [body for body in self.held if not at_or_below(body.prim_path, prim_path)]
-        self.handles.forget(prim_path)

@@ -76,11 +76,12 @@ class ForceLimits(Stateful):
         self._nothing = _NOTHING * self._most
         numbers = self._stiffness, self._damping, self._most, self._nothing, self.inertias, self._implicit
         self.table = np.rec.fromarrays([*indices, *numbers], dtype=LIMITED).view(np.ndarray)
-        self.start()
-
-    def start(self) -> None:
-        """Assume that all joints move freely, as there is no last step to measure."""
         self.reach = 1.0 + self._implicit
+
+    def start(self, prefix: str = "") -> None:
+        """Assume that the joints whose names begin with a prefix move freely, as there is no last step to measure."""
+        mine = np.array([joint.startswith(prefix) for joint in self.joints], np.bool_)
+        self.reach = np.where(mine, 1.0 + self._implicit, self.reach)
 
     def carry_over(self, old: ForceLimits) -> None:
         """Copy the measured freedom of motion from the limits of another model, for each joint that both models have."""
@@ -142,7 +143,7 @@ def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findin
         if (id(robot.file), joint) in told or drive is None or drive.max_force is None:
             continue
         told.add((id(robot.file), joint))
-        sliding = robot.urdf.joints[joint].type == "prismatic"
+        sliding = robot.description.joints[joint].type == "prismatic"
         force, mass, slope = ("N", "kg", "m/s2") if sliding else ("N m", "kg m2", "rad/s2")
         most = drive.max_force
         text = (

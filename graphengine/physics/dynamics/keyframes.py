@@ -1,13 +1,72 @@
-"""Sets a robot's state to a keyframe of its MuJoCo model, and makes servos hold the joints where they start."""
+"""Writes the start of a robot to a state: keyframe, positions of joints, and servos that hold the joints there."""
 
 from __future__ import annotations
 
-from graphengine.descriptions.actuators.drives import Servo
+from collections.abc import Mapping
+
+import numpy as np
+
+from graphengine.descriptions.actuators.drives import KINDS, Servo
 from graphengine.descriptions.actuators.mjcf_model import Keyframe
 from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import Pose, compose
+from graphengine.devices.stage import Prim
 
 _INTEGRATOR = mujoco.mjtDyn.mjDYN_INTEGRATOR
+
+
+def start_robot(
+    robot: Prim,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    positions: Mapping[str, float],
+    keyframe: Keyframe | None,
+    *,
+    others: bool = True,
+) -> None:
+    """Write the start of a robot to a state: a keyframe, then positions of joints, where the servos of their drives hold them.
+
+    Args:
+        robot: prim of the robot.
+        model: compiled model.
+        data: state that is changed.
+        positions: positions by joint name, rad or m.
+        keyframe: keyframe of the robot's own model, or None.
+        others: whether servos also hold the joints without a position in `positions`, where they are.
+    """
+    prefix = f"{robot.entity_name}/"
+    place = robot.position, robot.orientation
+    given = begin_in(keyframe, prefix, place, model, data) if keyframe is not None else set()
+    for prim in robot.descendants():
+        drive, start = prim.facts.get("drive"), positions.get(prim.facts.get("joint", ""))
+        if prim.kind != "joint" or (start is None and (drive is None or not others)):
+            continue
+        name = f"{prefix}{prim.facts['joint']}"
+        place_of_joint = model.jnt_qposadr[model.joint(name).id]
+        moved = start is not None and start != data.qpos[place_of_joint]
+        if moved:
+            data.qpos[place_of_joint] = start
+        for servo in filter(None, (drive.servo(name, kind) for kind in KINDS) if drive is not None else ()):
+            hold(servo, float(data.qpos[place_of_joint]), model, data, controlled=servo.name in given and not moved)
+
+
+def with_followers(model: mujoco.MjModel, prefix: str, positions: Mapping[str, float]) -> dict[str, float]:
+    """Return positions of a robot's joints (rad or m), by name, with those that follow from them for mimic joints.
+
+    Args:
+        model: compiled model.
+        prefix: prefix of the robot's names in the model.
+        positions: positions of joints that do not mimic others.
+    """
+    found = {model.joint(f"{prefix}{name}").id: position for name, position in positions.items()}
+    laws = np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT).tolist()
+    start = model.qpos0[model.jnt_qposadr]
+    while new := [law for law in laws if model.eq_obj2id[law] in found and model.eq_obj1id[law] not in found]:
+        for law in new:
+            leader, follower = int(model.eq_obj2id[law]), int(model.eq_obj1id[law])
+            way = np.polynomial.polynomial.polyval(found[leader] - start[leader], model.eq_data[law, :5])
+            found[follower] = float(start[follower] + way)
+    return {model.joint(joint).name.removeprefix(prefix): position for joint, position in found.items()}
 
 
 def begin_in(keyframe: Keyframe, prefix: str, place: Pose, model: mujoco.MjModel, data: mujoco.MjData) -> set[str]:

@@ -28,6 +28,9 @@ class Mounts(Stateful):
     def __bool__(self) -> bool:
         return bool(self._moved)
 
+    def __contains__(self, body: str) -> bool:
+        return body in self._moved
+
     def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Self, mujoco.MjModel]:
         """Return new mounts with one more moved body, and a copy of the model in which that body is moved."""
         name, (position, (x, y, z, w)) = model.body(body).name, pose

@@ -85,7 +85,7 @@ class Pushes(Stateful):
             data.xfrc_applied[body, :3] += force
             data.xfrc_applied[body, 3:] += np.cross(at - data.xipos[body], force)
 
-    def clear(self) -> None:
-        """End all pushes."""
-        self._pushes.clear()
-        self._data.xfrc_applied[:] = 0.0
+    def clear(self, prefix: str = "") -> None:
+        """End all pushes on bodies whose names begin with a prefix."""
+        self._pushes = [push for push in self._pushes if not push.body.startswith(prefix)]
+        self.apply()

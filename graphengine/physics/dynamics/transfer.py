@@ -21,18 +21,19 @@ class Transfer:
     Args:
         old: model from which state is copied.
         new: model to which state is copied.
+        prefix: prefix of the names of the bodies and actuators to copy; empty for all.
     """
 
-    def __init__(self, old: mujoco.MjModel, new: mujoco.MjModel) -> None:
+    def __init__(self, old: mujoco.MjModel, new: mujoco.MjModel, prefix: str = "") -> None:
         positions: list[tuple[int, int]] = []
         velocities: list[tuple[int, int]] = []
-        for one, other in _joints(old, new):
+        for one, other in _joints(old, new, prefix):
             coordinates, freedoms = _SIZES.get(mujoco.mjtJoint(old.jnt_type[one]), (1, 1))
             positions += [(old.jnt_qposadr[one] + step, new.jnt_qposadr[other] + step) for step in range(coordinates)]
             velocities += [(old.jnt_dofadr[one] + step, new.jnt_dofadr[other] + step) for step in range(freedoms)]
         actuators = [(index, _find(new, "ACTUATOR", old.actuator(index).name)) for index in range(old.nu)]
         self._positions, self._velocities = _indices(positions), _indices(velocities)
-        actuators = [pair for pair in actuators if pair[1] >= 0]
+        actuators = [pair for pair in actuators if pair[1] >= 0 and old.actuator(pair[0]).name.startswith(prefix)]
         ranges = [(_activations(old, one), _activations(new, other)) for one, other in actuators]
         self._actuators = _indices(actuators)
         self._activations = _indices([pair for both in ranges for pair in zip(*both, strict=False)])
@@ -56,10 +57,11 @@ class Transfer:
         new.efforts[self._velocities[1]] = old.efforts[self._velocities[0]]
 
 
-def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int]]:
+def _joints(old: mujoco.MjModel, new: mujoco.MjModel, prefix: str) -> Iterator[tuple[int, int]]:
     """Yield the old and the new id of each joint that both models have; bodies of the same name must have the same joints."""
     for one in range(old.nbody):
-        other = _find(new, "BODY", old.body(one).name)
+        name = old.body(one).name
+        other = _find(new, "BODY", name) if name.startswith(prefix) else -1
         for number in range(old.body_jntnum[one] if other >= 0 else 0):
             yield old.body_jntadr[one] + number, new.body_jntadr[other] + number
 

@@ -18,7 +18,7 @@ FASTEST = 1000.0
 """Greatest magnitude of each component of a surface's velocity, m/s or rad/s."""
 
 
-class Conveyor(Handle):
+class Conveyor(Handle["SimulationCore"]):
     """A handle to the moving surface of a body. If the body does not have a moving surface, creating the handle adds one."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:

@@ -1,4 +1,4 @@
-"""Handles to poses and velocities of prims, and to the joints of a robot.
+"""Handles to poses and velocities of prims, handles that place prims, and handles to the joints of a robot.
 
 A handle keeps ids, and views into MuJoCo's arrays. Both are valid for one model only; after the model was recompiled, `bind`
 looks them up again.
@@ -25,13 +25,12 @@ from graphengine.physics.dynamics.command_limits import add_limits, command_limi
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
 
-
 ROUNDING = 1e-6
 """Largest excess of a command over its limit that is clamped without being counted, relative to limits above 1; rounding in
 trajectories and in parameters of graphs causes less."""
 
 
-class CarriedPrim(Handle):
+class CarriedPrim(Handle["SimulationCore"]):
     """A prim that moves with the body that carries it; without such a body, the prim is static."""
 
     def bind(self) -> None:
@@ -77,7 +76,18 @@ class CarriedPrim(Handle):
         return (u + b * z - c * y, v + c * x - a * z, w + a * y - b * x), (a, b, c)
 
 
-class Joints(Handle, JointFacts):
+class PlacedBody(Handle["SimulationCore"]):
+    """A handle that places a prim and holds its body there until the simulation is reset."""
+
+    def bind(self) -> None:
+        """Do nothing: the simulation itself looks up the bodies that it holds."""
+
+    def place(self, position: Vector3, orientation: Quaternion) -> None:
+        """Place the prim at rest and hold its body at this pose; see `SimulationCore.place`."""
+        self._simulation.place(self._prim, position, orientation)
+
+
+class Joints(Handle["SimulationCore"], JointFacts):
     """A handle to the moving joints of a robot."""
 
     kept = ("resets",)
@@ -85,11 +95,11 @@ class Joints(Handle, JointFacts):
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         JointFacts.__init__(self, prim)
         self.resets = 0
-        """Number of resets of the simulation so far."""
+        """Number of resets of the simulation or of the robot so far."""
         super().__init__(simulation, prim)
 
     def reset(self) -> None:
-        """Count a reset of the simulation in `resets`."""
+        """Count a reset of the simulation or of the robot in `resets`."""
         self.resets += 1
 
     def bind(self) -> None:

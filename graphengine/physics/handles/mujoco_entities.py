@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,7 @@ from graphengine.devices.rotation import (
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.core.robot_reset import robot_reset
 from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances, overlaps, touching
 from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.handles.motion_handles import CarriedPrim
@@ -64,7 +66,7 @@ class MujocoEntities:
 
     def _prims(self) -> dict[str, Prim]:
         stage = self._simulation.stage
-        prims = {robot.entity_name: robot for robot in stage.prims("robot")}
+        prims = stage.robots()
         world = stage.root.children.get("World")
         for prim in world.children.values() if world is not None else ():
             if prim.kind != "robot" and prim.body is not None:
@@ -248,6 +250,22 @@ class MujocoEntities:
                 self._throw(root, there, np.add(linear, np.cross(angular, arm)).tolist(), angular)
         except PhysicsError as error:
             raise UsageError(f"{name} cannot be placed at this pose: {error}") from error
+
+    def reset(
+        self, name: str, move: Move, joints: Mapping[str, float], keyframe: str | None, *, forced: bool = True
+    ) -> None:
+        """Return a robot to its initial state; see `devices.backend.Entities`."""
+        prim, simulation = self._find(name), self._simulation
+        if prim.body is not None and simulation.is_moved(self.roots(prim)[0]):
+            move = replace(
+                move, position=move.position or prim.position, orientation=move.orientation or prim.orientation
+            )
+        try:
+            with robot_reset(simulation, prim, joints, keyframe):
+                if move != Move():
+                    self.place(name, move, forced=forced)
+        except PhysicsError as error:
+            raise UsageError(f"{name} cannot be reset to this state: {error}") from error
 
     def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
         """Set pose and velocity (m/s, rad/s) of a free body in the world frame; a held body is released."""

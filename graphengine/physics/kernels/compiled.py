@@ -7,10 +7,13 @@ every machine.
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import logging
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import partial
+from types import ModuleType
 from typing import Any, TypeVar, cast
 
 import numba
@@ -34,15 +37,29 @@ def kernel(function: F) -> F:
         return part(function)
 
 
+def kernel_of(*modules: ModuleType) -> Callable[[F], F]:
+    """Return `kernel` for a kernel that calls parts of other modules, or contains their constants.
+
+    numba's cache of a kernel does not notice changes in these modules. So the names of the cached files contain a digest of them.
+    """
+    digest = hashlib.sha256("".join(map(inspect.getsource, modules)).encode()).hexdigest()
+
+    def decorate(function: F) -> F:
+        function.__qualname__ = f"{function.__name__}_{digest[:12]}"
+        return kernel(function)
+
+    return decorate
+
+
 def kept_in(function: F) -> str:
     """Return the path of the folder in which numba caches a kernel."""
     return str(cast(Any, function).stats.cache_path)
 
 
 def part(function: F) -> F:
-    """Return a function compiled to machine code, which only kernels of the same file may call.
+    """Return a function compiled to machine code, which only kernels may call.
 
-    numba's cache of a kernel does not notice changes in other files.
+    A kernel in another file must name the module of the function in `kernel_of`.
     """
     return cast(F, _njit()(function))
 

@@ -16,15 +16,15 @@ def holonomic_wheels(robot: RobotInstance) -> Iterator[HolonomicWheel]:
 
     The direction with the greater friction is the axis of the roller that touches the floor.
     """
-    urdf, radii = robot.urdf, robot.wheel_radii
+    description, radii = robot.description, robot.wheel_radii
     materials = {link: material for material in robot.spec.materials.values() for link in material.bind}
     for joint in robot.moving:
         material = materials.get(joint.child)
         if joint.name not in radii or material is None or material.across in (None, material.dynamic_friction):
             continue
-        turn = urdf.pose_in_root(material.expressed_in or urdf.turns_in(joint.child))[1]
+        turn = description.pose_in_root(material.expressed_in or description.turns_in(joint.child))[1]
         grip = _grip(material, rotate(turn, material.direction or (1.0, 0.0, 0.0)))
-        position, orientation = urdf.pose_in_root(joint.child)
+        position, orientation = description.pose_in_root(joint.child)
         axle = rotate(orientation, joint.axis)
         angle = math.degrees(_heading(grip) - _heading(axle))
         angle = (angle + 90.0 - 1e-9) % 180.0 - 90.0 + 1e-9  # an axis has no sign

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from graphengine.descriptions.robot_description import Joint, Link, RobotDescription
 from graphengine.descriptions.robot_files.robot_file import RobotFile
-from graphengine.descriptions.urdf.urdf import Urdf, UrdfJoint, UrdfLink
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
 
@@ -33,31 +33,31 @@ class Disabled:
     free_link: str | None
 
 
-def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
+def disable_joints(file: RobotFile, description: RobotDescription, findings: Findings) -> Disabled:
     """Check the joints that a robot file disables, weld joints in the description, and return the result.
 
     Args:
         file: robot file with `joints` and `keep_only_joints`.
-        urdf: robot description; a moving joint that is welded becomes fixed.
+        description: robot description; a moving joint that is welded becomes fixed.
         findings: receives errors, and notes on joints that become fixed.
     """
-    off = _disabled(file, urdf)
-    free_link = urdf.root if urdf.moves_freely and not file.spec.fixed_base else None
+    off = _disabled(file, description)
+    free_link = description.root if description.moves_freely and not file.spec.fixed_base else None
     staying: list[str] = []
     for name, span in off.items():
-        joint = urdf.joints[name]
-        below = list(urdf.depth_first(joint.child))
+        joint = description.joints[name]
+        below = list(description.depth_first(joint.child))
         inside = {link.name for link in below}
-        above = [link for link in urdf.links.values() if link.name not in inside]
-        held = free_link is None or _matters(above, urdf)
-        if joint.moves or (held and _matters(below, urdf)):
+        above = [link for link in description.links.values() if link.name not in inside]
+        held = free_link is None or _matters(above, description)
+        if joint.moves or (held and _matters(below, description)):
             if name in file.spec.joints and file.spec.joints[name].weld:
-                _weld(joint, below, off, urdf, findings, span)
+                _weld(joint, below, off, description, findings, span)
             else:
                 _refuse(joint, below, findings, span)
         elif not held and not any(link.mass or link.colliders for link in above):
             free_link = joint.child
-            text = f"joint {name!r} is disabled: {joint.child!r} moves freely, and {urdf.root!r} becomes a frame on it"
+            text = f"joint {name!r} is disabled: {joint.child!r} moves freely, and {description.root!r} becomes a frame on it"
             root = "" if file.spec.articulation_root else "it is the articulation root, as the robot file names none"
             findings.add("N103", text, span, root)
         else:
@@ -72,11 +72,11 @@ def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
     return Disabled(tuple(off), free_link)
 
 
-def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
+def _disabled(file: RobotFile, description: RobotDescription) -> dict[str, Span]:
     """Return the source location that disables each joint, by joint name; parents come before their children."""
     spec = file.spec
     off: dict[str, Span] = {}
-    for link in urdf.depth_first():
+    for link in description.depth_first():
         name = link.carrier.name if link.carrier is not None else ""
         if name in spec.joints and not spec.joints[name].enabled:
             off[name] = file.span("joints", name, "enabled")
@@ -85,28 +85,33 @@ def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
     return off
 
 
-def _matters(links: Sequence[UrdfLink], urdf: Urdf) -> bool:
-    return any(link.colliders for link in links) or sum(link.mass for link in links) > NEGLIGIBLE * urdf.mass
+def _matters(links: Sequence[Link], description: RobotDescription) -> bool:
+    return any(link.colliders for link in links) or sum(link.mass for link in links) > NEGLIGIBLE * description.mass
 
 
-def _described(links: Sequence[UrdfLink]) -> str:
+def _described(links: Sequence[Link]) -> str:
     """Return the name of the first link and the mass of all given links, as text for messages."""
     mass = sum(link.mass for link in links)
     return f"{links[0].name!r} ({mass:g} kg)"
 
 
-def _refuse(joint: UrdfJoint, below: Sequence[UrdfLink], findings: Findings, span: Span) -> None:
+def _refuse(joint: Joint, below: Sequence[Link], findings: Findings, span: Span) -> None:
     held = f"it {'moves' if joint.moves else 'holds'} {_described(below)}, which would fall off"
     remedy = f"{joint.name}: {{enabled: false, weld: true}} below joints: keeps it in place; or leave the joint enabled"
     findings.add("S106", f"joint {joint.name!r} cannot be disabled: {held}", span, remedy)
 
 
 def _weld(
-    joint: UrdfJoint, below: Sequence[UrdfLink], off: Collection[str], urdf: Urdf, findings: Findings, span: Span
+    joint: Joint,
+    below: Sequence[Link],
+    off: Collection[str],
+    description: RobotDescription,
+    findings: Findings,
+    span: Span,
 ) -> None:
     followers = [
         other.name
-        for other in urdf.joints.values()
+        for other in description.joints.values()
         if other.name not in off and other.mimic is not None and other.mimic.leader == joint.name
     ]
     if followers:
@@ -121,4 +126,3 @@ def _weld(
     place = ", where it is with the joint at zero" if joint.moves else ""
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None
-    joint.element.attributes["type"] = "fixed"

@@ -4,34 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing
 
 
-def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings) -> None:
+def check_keyframe(name: str, description: RobotDescription, span: Span | None, findings: Findings) -> None:
     """Add an error if a robot does not have the keyframe."""
-    known = urdf.mjcf.keyframes if urdf.mjcf is not None else {}
+    known = description.keyframes
     if name not in known:
         near = did_you_mean(name, known) or listing(known, "keyframes")
         findings.add("S104", f"the robot has no keyframe {name!r}", span, near)
 
 
 def check_starts(
-    starts: Mapping[str, tuple[float, Span]], urdf: Urdf, disabled: Collection[str], findings: Findings
+    starts: Mapping[str, tuple[float, Span]],
+    description: RobotDescription,
+    disabled: Collection[str],
+    findings: Findings,
 ) -> None:
     """Add an error for each start position that a joint cannot have.
 
     Args:
         starts: start positions (rad or m) in a robot file or scene with their source locations, by joint name.
-        urdf: robot description with the joints.
+        description: robot description with the joints.
         disabled: names of disabled joints, which do not move.
         findings: receives the errors.
     """
     for name, (start, span) in starts.items():
-        joint = urdf.joints.get(name)
+        joint = description.joints.get(name)
         if joint is None:
-            near = did_you_mean(name, urdf.joints) or listing(urdf.joints, "joints")
+            near = did_you_mean(name, description.joints) or listing(description.joints, "joints")
             findings.add("S104", f"the robot has no joint {name!r}", span, near)
         elif not joint.moves or name in disabled:
             findings.add("S104", f"joint {name!r} does not move, so it cannot have a start position", span)

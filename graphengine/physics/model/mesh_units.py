@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from graphengine.descriptions.engine import mujoco
-from graphengine.descriptions.urdf.shapes import Mesh
+from graphengine.descriptions.shapes import Mesh
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.model.robot import RobotInstance
 
@@ -44,7 +44,7 @@ def check_mesh_units(model: mujoco.MjModel, robots: Iterable[tuple[str, RobotIns
 
 def _meshes(robot: RobotInstance) -> Iterator[tuple[str, Mesh]]:
     """Yield the name of the geom and the mesh of each shape of a robot that a URDF or SDF file describes."""
-    for link in robot.urdf.links.values() if robot.urdf.mjcf is None else ():
+    for link in robot.description.links.values() if robot.description.mjcf is None else ():
         for shape in link.shapes:
             if isinstance(shape.geometry, Mesh):
                 yield f"{shape.name}.0", shape.geometry

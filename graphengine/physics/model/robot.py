@@ -11,10 +11,10 @@ from graphengine.descriptions.actuators.mjcf_actuators import drives_by_joint
 from graphengine.descriptions.actuators.mjcf_model import Keyframe
 from graphengine.descriptions.description_reader import read_description
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import write
+from graphengine.descriptions.robot_description import TURNING, Joint, RobotDescription, track
 from graphengine.descriptions.robot_files.robot_file import RobotFile
-from graphengine.descriptions.urdf.shapes import kind_of
-from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint, track
+from graphengine.descriptions.shapes import kind_of
+from graphengine.descriptions.urdf.urdf_writer import description_text
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
@@ -36,7 +36,7 @@ class RobotInstance:
     Attributes:
         placement: name, pose and namespace of the robot in the scene.
         file: robot file, merged with the files that it extends.
-        urdf: robot description, with the joint origins and limits of the robot file applied.
+        description: robot description, with the joint origins and limits of the robot file applied.
         urdf_text: the same description as XML, for robot_state_publisher.
         profiles: profiles of the robot's sensors, by sensor name.
         moving: moving joints, in order of the articulation.
@@ -47,10 +47,10 @@ class RobotInstance:
 
     placement: RobotPlacement
     file: RobotFile
-    urdf: Urdf
+    description: RobotDescription
     urdf_text: str
     profiles: dict[str, SensorProfile]
-    moving: tuple[UrdfJoint, ...]
+    moving: tuple[Joint, ...]
     drives: dict[str, Drive]
     disabled: Disabled
     floor: float = NO_FLOOR_FRICTION
@@ -78,7 +78,7 @@ class RobotInstance:
     @property
     def fixed_transforms(self) -> tuple[tuple[str, str, Vector3, Quaternion], ...]:
         """Parent frame, child frame, translation (m) and rotation of each fixed joint, in order of the description."""
-        fixed = [joint for joint in self.urdf.joints.values() if joint.type == "fixed"]
+        fixed = [joint for joint in self.description.joints.values() if joint.type == "fixed"]
         return tuple((joint.parent, joint.child, *joint.pose) for joint in fixed)
 
     @property
@@ -105,7 +105,7 @@ class RobotInstance:
     def keyframe(self) -> Keyframe | None:
         """The keyframe of the robot's MuJoCo model in which the robot starts; None if it starts in no keyframe."""
         name = self.placement.use.start or self.spec.start
-        return self.urdf.mjcf.keyframes.get(name) if self.urdf.mjcf is not None else None
+        return self.description.keyframes.get(name or "")
 
     @property
     def actuators(self) -> dict[str, str]:
@@ -113,21 +113,21 @@ class RobotInstance:
 
         Actuators are left out if they have the name of a joint, or if the robot file replaces them by a drive.
         """
-        known, joints = self.urdf.mjcf.actuators if self.urdf.mjcf is not None else (), {j.name for j in self.moving}
-        own = [actuator for actuator in known if actuator.name not in joints]
+        joints = {joint.name for joint in self.moving}
+        own = [actuator for actuator in self.description.actuators if actuator.name not in joints]
         driven = {actuator.joint: self.drives.get(actuator.joint, Drive()).servos for actuator in own}
         return {each.name: each.joint for each in own if not each.joint or driven[each.joint] is not None}
 
     @property
     def other_actuators(self) -> dict[str, Drive]:
         """Drives of actuators in the MuJoCo model whose target is not a single hinge or slide joint, by actuator name."""
-        known = {each.name: each.drive for each in (self.urdf.mjcf.actuators if self.urdf.mjcf is not None else ())}
+        known = {each.name: each.drive for each in self.description.actuators}
         return {name: known[name] for name, joint in self.actuators.items() if not joint}
 
     @property
     def wheel_radii(self) -> dict[str, float]:
         """Radius (m) of the wheel on each moving joint that carries a wheel, by joint name."""
-        return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving, wheel_shapes(self.spec))}
+        return {wheel.joint: wheel.radius for wheel in self.description.wheels(self.moving, wheel_shapes(self.spec))}
 
     @property
     def wheel_distance(self) -> float | None:
@@ -138,8 +138,8 @@ class RobotInstance:
         """
         sliding = {link for each in self.spec.materials.values() if each.steady_sliding for link in each.bind}
         joints = [joint for joint in self.moving if joint.name in self.drives]
-        driven = self.urdf.wheels(joints, wheel_shapes(self.spec))
-        slides = any(self.urdf.joints[wheel.joint].child in sliding for wheel in driven)
+        driven = self.description.wheels(joints, wheel_shapes(self.spec))
+        slides = any(self.description.joints[wheel.joint].child in sliding for wheel in driven)
         return track(driven) if len(driven) == 2 and not slides else None
 
 
@@ -150,7 +150,7 @@ def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
 
 
 def load_robot(
-    placement: RobotPlacement, file: RobotFile, library: Library, urdf: Urdf | None = None
+    placement: RobotPlacement, file: RobotFile, library: Library, description: RobotDescription | None = None
 ) -> RobotInstance | None:
     """Check a robot file against its description and return the robot; None after an error.
 
@@ -158,31 +158,39 @@ def load_robot(
         placement: name, pose and namespace of the robot.
         file: robot file.
         library: reads the files to which the robot refers; its findings receive errors and notes.
-        urdf: description of the robot; by default it is read according to the robot file.
+        description: description of the robot; by default it is read according to the robot file.
     """
     findings = library.findings
-    urdf = urdf or read_description(file, library)
+    description = description or read_description(file, library)
     profiles = read_profiles(file, library.files, findings)
-    if urdf is None:
+    if description is None:
         return None
     before = len(findings.errors)
-    _check_names(file, urdf, findings)
-    _check_senses(file, urdf, profiles, findings)
-    _check_model(file, urdf, findings)
+    _check_names(file, description, findings)
+    _check_senses(file, description, profiles, findings)
+    _check_model(file, description, findings)
     if len(findings.errors) > before:
         return None
     for name, joint in file.spec.joints.items():
         if joint.position is not None:
-            urdf.joints[name].put(joint.position)
+            description.joints[name].pose = joint.position, description.joints[name].pose[1]
         if joint.limits is not None:
-            _limit(name, joint.limits, file, urdf, findings)
-    disabled = disable_joints(file, urdf, findings)
-    drives = _drives(file, urdf, disabled, findings)
-    _check_colliders(file, urdf, findings)
-    _check_joints(file, urdf, disabled, findings)
-    _check_directions(file, urdf, findings)
-    text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
-    return RobotInstance(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
+            _limit(name, joint.limits, file, description, findings)
+    disabled = disable_joints(file, description, findings)
+    drives = _drives(file, description, disabled, findings)
+    _check_colliders(file, description, findings)
+    _check_joints(file, description, disabled, findings)
+    _check_directions(file, description, findings)
+    return RobotInstance(
+        placement,
+        file,
+        description,
+        description_text(description),
+        profiles,
+        tuple(description.moving()),
+        drives,
+        disabled,
+    )
 
 
 def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:
@@ -192,40 +200,47 @@ def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Fin
         findings.add("S104", f"the robot has no {what} {name!r}", span, near)
 
 
-def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+def _check_names(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     spec = file.spec
-    if spec.base_link != urdf.root:
+    if spec.base_link != description.root:
         span = file.span("base_link")
         findings.add(
-            "S104", f"{spec.base_link!r} is not the root link of the description", span, f"write base_link: {urdf.root}"
+            "S104",
+            f"{spec.base_link!r} is not the root link of the description",
+            span,
+            f"write base_link: {description.root}",
         )
     if spec.articulation_root:
-        _known("link", spec.articulation_root, urdf.links, file.span("articulation_root"), findings)
+        _known("link", spec.articulation_root, description.links, file.span("articulation_root"), findings)
     for link in spec.links:
-        _known("link", link, urdf.links, file.key_span("links", link), findings)
+        _known("link", link, description.links, file.key_span("links", link), findings)
     for joint in spec.joints:
-        _known("joint", joint, urdf.joints, file.key_span("joints", joint), findings)
+        _known("joint", joint, description.joints, file.key_span("joints", joint), findings)
     for index, joint in enumerate(spec.keep_only_joints):
-        _known("joint", joint, urdf.joints, file.span("keep_only_joints", index), findings)
+        _known("joint", joint, description.joints, file.span("keep_only_joints", index), findings)
     for link in spec.wheel_colliders:
-        _known("link", link, urdf.links, file.key_span("wheel_colliders", link), findings)
+        _known("link", link, description.links, file.key_span("wheel_colliders", link), findings)
     bound: dict[str, Span] = {}
     for name, material in spec.materials.items():
         if material.expressed_in:
-            _known("link", material.expressed_in, urdf.links, file.span("materials", name, "expressed_in"), findings)
+            _known(
+                "link", material.expressed_in, description.links, file.span("materials", name, "expressed_in"), findings
+            )
         for index, link in enumerate(material.bind):
             span = file.span("materials", name, "bind", index)
-            _known("link", link, urdf.links, span, findings)
+            _known("link", link, description.links, span, findings)
             if link in bound:
                 findings.add("S105", f"link {link!r} has two materials", span, related=[(bound[link], "first here")])
             bound[link] = span
 
 
-def _check_senses(file: RobotFile, urdf: Urdf, profiles: Mapping[str, SensorProfile], findings: Findings) -> None:
+def _check_senses(
+    file: RobotFile, description: RobotDescription, profiles: Mapping[str, SensorProfile], findings: Findings
+) -> None:
     """Add errors for links in `ignores` that do not exist, and for keys of rays in sensors that cast none."""
     for name, sensor in file.spec.sensors.items():
         for index, link in enumerate(sensor.ignores):
-            _known("link", link, urdf.links, file.span("sensors", name, "ignores", index), findings)
+            _known("link", link, description.links, file.span("sensors", name, "ignores", index), findings)
         if name not in profiles or any(profile.casts_rays for profile in profiles[name].all_devices()):
             continue
         for key in ("sees_own_robot", "ignores"):
@@ -234,12 +249,12 @@ def _check_senses(file: RobotFile, urdf: Urdf, profiles: Mapping[str, SensorProf
                 findings.add("G109", text, file.key_span("sensors", name, key), "remove the key")
 
 
-def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+def _check_model(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     """Add errors for an unknown start keyframe, and for keys that have no effect on a MuJoCo model."""
     spec = file.spec
     if spec.start:
-        check_keyframe(spec.start, urdf, file.span("start"), findings)
-    if urdf.mjcf is None:
+        check_keyframe(spec.start, description, file.span("start"), findings)
+    if description.mjcf is None:
         return
     places = {key: file.key_span(key) for key in ("keep_only_joints", "self_collision") if getattr(spec, key)}
     for name, joint in spec.joints.items():
@@ -249,11 +264,11 @@ def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         findings.add("G109", f"{key}: has no effect on a MuJoCo model", span, "change the file of the model instead")
 
 
-def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
+def _drives(file: RobotFile, description: RobotDescription, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
     """Return the drives of moving joints by joint name, from the robot file and the actuators of a MuJoCo model."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
-        joint = urdf.joints[name]
+        joint = description.joints[name]
         drive = drive_of(spec, joint.effort or math.inf, prismatic=joint.type == "prismatic")
         if drive is None or name in disabled.joints:
             continue
@@ -271,57 +286,57 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
             findings.add(
                 "N103", f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}", span
             )
-    if urdf.mjcf is not None:
-        drives = drives_by_joint(urdf.mjcf.actuators) | drives
-        drives = {name: drives[name] for name, joint in urdf.joints.items() if joint.moves and name in drives}
-    wheels = urdf.wheels((urdf.joints[name] for name in drives), wheel_shapes(file.spec))
+    if description.mjcf is not None:
+        drives = drives_by_joint(description.mjcf.actuators) | drives
+        drives = {name: drives[name] for name, joint in description.joints.items() if joint.moves and name in drives}
+    wheels = description.wheels((description.joints[name] for name in drives), wheel_shapes(file.spec))
     for wheel in wheels:
         drives[wheel.joint] = replace(drives[wheel.joint], carries=wheel.radius**2 / len(wheels))
     return drives
 
 
-def _limit(name: str, limits: tuple[float, float], file: RobotFile, urdf: Urdf, findings: Findings) -> None:
-    joint = urdf.joints[name]
+def _limit(
+    name: str, limits: tuple[float, float], file: RobotFile, description: RobotDescription, findings: Findings
+) -> None:
+    joint = description.joints[name]
     if joint.type in ("revolute", "prismatic"):
-        joint.limit(*limits)
+        joint.bounds = replace(joint.bounds, lower=limits[0], upper=limits[1])
     else:
         findings.add(
             "S104", f"joint {name!r} is {joint.type} and cannot have limits", file.span("joints", name, "limits")
         )
 
 
-def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> None:
+def _check_joints(file: RobotFile, description: RobotDescription, disabled: Disabled, findings: Findings) -> None:
     """Add errors for start positions that joints cannot have, and for springs on joints that do not move."""
     joints = file.spec.joints
     stated = {name: joint.start for name, joint in joints.items() if joint.start is not None}
     starts = {name: (start, file.span("joints", name, "start")) for name, start in stated.items()}
-    check_starts(starts, urdf, disabled.joints, findings)
+    check_starts(starts, description, disabled.joints, findings)
     for name, joint in joints.items():
-        if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
+        if joint.spring is not None and (not description.joints[name].moves or name in disabled.joints):
             span = file.key_span("joints", name, "spring")
             findings.add("S104", f"joint {name!r} does not move, so a spring has no effect", span)
 
 
-def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+def _check_directions(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     """Add an error for each material whose friction direction is perpendicular to the floor."""
     for name, material in file.spec.materials.items():
         if material.direction is None:
             continue
         for link in material.bind:
-            frame = material.expressed_in or urdf.turns_in(link)
-            x, y, z = rotate(urdf.pose_in_root(frame)[1], material.direction)
+            frame = material.expressed_in or description.turns_in(link)
+            x, y, z = rotate(description.pose_in_root(frame)[1], material.direction)
             if math.hypot(x, y) < _LEVEL * math.hypot(x, y, z):
-                text = (
-                    f"material {name!r}: its direction, along the z axis of {urdf.root!r}, is perpendicular to a floor"
-                )
+                text = f"material {name!r}: its direction, along the z axis of {description.root!r}, is perpendicular to a floor"
                 advice = f"give the direction along which it grips the floor with dynamic_friction, in the frame of {frame!r}"
                 findings.add("S106", text, file.span("materials", name, "direction"), advice)
                 break
 
 
-def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
+def _check_colliders(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     for link, shape in file.spec.wheel_colliders.items():
-        tags = [kind_of(collider.geometry) for collider in urdf.links[link].colliders]
+        tags = [kind_of(collider.geometry) for collider in description.links[link].colliders]
         if shape == "ellipsoid" and tags != ["cylinder"]:
             what = listing(tags, "its colliders")
             span = file.key_span("wheel_colliders", link)
@@ -333,12 +348,12 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
                 what,
                 size,
             )
-        carrier = urdf.links[link].carrier
+        carrier = description.links[link].carrier
         if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
             span = file.key_span("wheel_colliders", link)
             findings.add("S106", f"link {link!r} is not a wheel: no joint turns it", span)
     for name, material in file.spec.materials.items():
         for index, link in enumerate(material.bind):
-            if not urdf.links[link].colliders:
+            if not description.links[link].colliders:
                 span = file.span("materials", name, "bind", index)
                 findings.add("S104", f"link {link!r} has no collider to bind a material to", span)

@@ -12,8 +12,8 @@ from graphengine.descriptions.actuators.mjcf_model import MjcfModel
 from graphengine.descriptions.engine import PICTURES, RAYS, RAYS_AND_PICTURES, TIGHT_SOLIMP, TIGHT_SOLREF, mujoco
 from graphengine.descriptions.files.bounds import MAX_MEMORY, PAIR
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.urdf.mujoco_writer import write_robot
-from graphengine.descriptions.urdf.urdf import WORLD, Mimic, Urdf
+from graphengine.descriptions.mujoco_writer import write_robot
+from graphengine.descriptions.robot_description import WORLD, Mimic, RobotDescription
 from graphengine.format.diagnostics import Findings
 from graphengine.format.robot_spec import JointSpec, WheelColliderSpec
 from graphengine.physics.model.materials import against_floor, sentences
@@ -32,20 +32,24 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         floor: sliding friction of the floor.
         findings: receives errors and notes.
     """
-    spec = _of_urdf(robot, library, findings) if robot.urdf.mjcf is None else _of_mjcf(robot, robot.urdf.mjcf)
+    spec = (
+        _of_urdf(robot, library, findings)
+        if robot.description.mjcf is None
+        else _of_mjcf(robot, robot.description.mjcf)
+    )
     if spec is None:
         return None
     for link, changes in robot.spec.links.items():
         body = spec.body(link)  # None for a site of a MuJoCo model
-        if body is not None and (robot.urdf.mjcf is None or not changes.gravity):
+        if body is not None and (robot.description.mjcf is None or not changes.gravity):
             body.gravcomp = 0.0 if changes.gravity else 1.0
     _equip_joints(spec, robot)
     _shape_wheels(spec, robot)
-    if robot.urdf.mjcf is None:
+    if robot.description.mjcf is None:
         _hollow_meshes(spec)
         _group_geoms(spec, robot)
     _apply_materials(spec, robot, floor, findings)
-    if robot.urdf.mjcf is None:
+    if robot.description.mjcf is None:
         _exclude_contacts(spec, robot)
         _prune(spec, robot)
     if robot.moving:
@@ -57,7 +61,7 @@ def _of_mjcf(robot: RobotInstance, model: MjcfModel) -> mujoco.MjSpec:
     """Return a copy of a robot's MuJoCo model, with its root link fixed to the world if the robot file says so."""
     spec = model.spec.copy()
     if model.free and robot.disabled.free_link is None:
-        spec.delete(next(iter(spec.body(robot.urdf.root).joints)))
+        spec.delete(next(iter(spec.body(robot.description.root).joints)))
     return spec
 
 
@@ -69,7 +73,7 @@ def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujo
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
     spec = write_robot(
-        robot.urdf,
+        robot.description,
         robot.name,
         library,
         findings,
@@ -78,7 +82,7 @@ def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujo
         more=_memory_of_exclusions(robot),
     )
     if spec is not None and free_link is not None:
-        spec.body(free_link).add_freejoint(name=_unused("root", robot.urdf.joints))
+        spec.body(free_link).add_freejoint(name=_unused("root", robot.description.joints))
     return spec
 
 
@@ -95,7 +99,7 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """
     for joint in robot.moving:
         driven, changes = spec.joint(joint.name), robot.spec.joints.get(joint.name, JointSpec())
-        if robot.urdf.mjcf is None:
+        if robot.description.mjcf is None:
             driven.solref_limit, driven.solimp_limit[:2] = _HARD_SOLREF, _HARD_SOLIMP
             driven.armature = changes.armature if joint.name in robot.spec.joints else driven.armature
             if joint.mimic is not None:
@@ -114,8 +118,7 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> None:
     """Delete the actuators of a MuJoCo model that move a joint, and the sensors that measure them."""
-    known = robot.urdf.mjcf.actuators if robot.urdf.mjcf is not None else ()
-    names = {actuator.name for actuator in known if actuator.joint == joint}
+    names = {actuator.name for actuator in robot.description.actuators if actuator.joint == joint}
     measured = [each for each in spec.sensors if each.objtype == mujoco.mjtObj.mjOBJ_ACTUATOR and each.objname in names]
     for part in (*measured, *(spec.actuator(name) for name in names)):
         spec.delete(part)
@@ -182,7 +185,7 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
         if spec.body(link) is None:  # a site of a MuJoCo model; already reported
             continue
         if isinstance(shape, WheelColliderSpec):
-            _replace_colliders(spec, link, shape, robot.urdf)
+            _replace_colliders(spec, link, shape, robot.description)
         elif shape == "ellipsoid":
             for geom in _colliders(spec.body(link)):
                 radius, half_width = geom.size[0], geom.size[1]
@@ -190,9 +193,9 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
                 geom.size = [radius, radius, half_width]
 
 
-def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, urdf: Urdf) -> None:
+def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, description: RobotDescription) -> None:
     """Replace all colliders of a wheel by one about the axis of its joint, with the colour of the first replaced collider."""
-    body, carrier = spec.body(link), urdf.links[link].carrier
+    body, carrier = spec.body(link), description.links[link].carrier
     if carrier is None:  # already reported
         return
     old = _colliders(body)
@@ -211,7 +214,7 @@ def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec,
 
 def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Set geom groups so that colliders are drawn only on links without visuals."""
-    for link in robot.urdf.links:
+    for link in robot.description.links:
         geoms, solid = list(spec.body(link).geoms), _colliders(spec.body(link))
         for geom in geoms:
             geom.group = PICTURES
@@ -245,9 +248,11 @@ def _memory_of_exclusions(robot: RobotInstance) -> float:
 
 def _excluded_pairs(robot: RobotInstance) -> Iterator[tuple[str, str]]:
     """Yield the names of each two links between which contacts are excluded, in order of the links."""
-    links, top = robot.urdf.links, _rigid(robot.urdf)
+    links, top = robot.description.links, _rigid(robot.description)
     solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
-    base = {name for name in links if top[name] == robot.urdf.root} if robot.disabled.free_link is None else set()
+    base = (
+        {name for name in links if top[name] == robot.description.root} if robot.disabled.free_link is None else set()
+    )
     on_base = {name for name in links if (joint := links[top[name]].carrier) is not None and joint.parent in base}
     if not robot.spec.self_collision:
         yield from itertools.combinations(solid, 2)
@@ -259,10 +264,10 @@ def _excluded_pairs(robot: RobotInstance) -> Iterator[tuple[str, str]]:
         yield from ((name, solid[index]) for index in later)
 
 
-def _rigid(urdf: Urdf) -> dict[str, str]:
+def _rigid(description: RobotDescription) -> dict[str, str]:
     """Return the name of the topmost link that is rigidly connected to each link, by link name."""
     top: dict[str, str] = {}
-    for link in urdf.depth_first():
+    for link in description.depth_first():
         fixed = link.carrier is not None and not link.carrier.moves
         top[link.name] = top[link.carrier.parent] if link.carrier is not None and fixed else link.name
     return top
@@ -281,7 +286,7 @@ def _keep_awake(spec: mujoco.MjSpec) -> None:
 
 def _prune(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Delete links that have no mass, geoms, joints or child bodies."""
-    for link in reversed(list(robot.urdf.depth_first())):
+    for link in reversed(list(robot.description.depth_first())):
         body = spec.body(link.name)
         if link.carrier is not None and not (link.mass or list(body.geoms) or list(body.joints) or list(body.bodies)):
             spec.delete(body)

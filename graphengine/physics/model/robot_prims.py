@@ -10,9 +10,10 @@ from collections.abc import Collection
 from typing import Any
 
 from graphengine.devices.rotation import from_orientation
-from graphengine.devices.stage import Prim, PrimKind, Stage, prim_name
+from graphengine.devices.stage import Prim, PrimKind, Stage
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.implementations import Profile
@@ -76,7 +77,7 @@ class _PrimBuilder:
         """Define the prims of the robot, its frames, sensors and materials, and set namespaces and name overrides of prims."""
         robot, file = self.robot, self.robot.file
         links, keyframe = self._links(), robot.keyframe
-        floating = [joint for joint in robot.urdf.joints.values() if joint.type == "floating"]
+        floating = [joint for joint in robot.description.joints.values() if joint.type == "floating"]
         self.stage.find(robot.prim_path).facts.update(
             base_link=links[robot.spec.base_link],
             articulation_root=links[robot.articulation_root],
@@ -92,6 +93,7 @@ class _PrimBuilder:
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
             **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),
+            keyframes=robot.description.keyframes,
             **({"keyframe": keyframe} if keyframe is not None else {}),
         )
         self._joints(links)
@@ -121,7 +123,7 @@ class _PrimBuilder:
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
         frames = {
-            f"{name}/{link}": links[material.expressed_in or self.robot.urdf.turns_in(link)]
+            f"{name}/{link}": links[material.expressed_in or self.robot.description.turns_in(link)]
             for link in material.bind
             if material.direction is not None and f"{name}/{link}" in bodies
         }
@@ -147,7 +149,7 @@ class _PrimBuilder:
             body=base if base in self.bodies else None,
         )
         paths: dict[str, str] = {}
-        for link in robot.urdf.depth_first():
+        for link in robot.description.depth_first():
             name = prim_name(link.name)
             above = paths[link.carrier.parent] if link.carrier else f"{robot.prim_path}/Geometry"
             position, orientation = link.carrier.pose if link.carrier else ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -167,7 +169,7 @@ class _PrimBuilder:
 
     def _joints(self, links: dict[str, str]) -> None:
         starts = self.robot.starts
-        for joint in self.robot.urdf.joints.values():
+        for joint in self.robot.description.joints.values():
             name = prim_name(joint.name)
             self._add(
                 f"{self.robot.prim_path}/Physics/{name}",

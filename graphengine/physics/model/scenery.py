@@ -8,13 +8,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from graphengine.descriptions.description_reader import SUFFIXES, is_text, read_bare
+from graphengine.descriptions.added_formats import tell_suffix
+from graphengine.descriptions.description_reader import is_description, is_text, read_bare
+from graphengine.descriptions.element_marks import called, marked
 from graphengine.descriptions.engine import REFUSALS, all_bodies, compiled, mujoco
 from graphengine.descriptions.files.bounds import ELEMENT, HOW_MEMORY_COUNTS, MAX_MEMORY, PAIR, TOO_LARGE
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, mujoco_says, place_of
 from graphengine.descriptions.robot_files.robot_file import read_robot
-from graphengine.descriptions.urdf.element_marks import called, marked
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
@@ -97,11 +98,13 @@ class Scenery:
         """Check the start positions of a robot's joints in the scene, once for a fleet."""
         joints, document = placement.use.joints, self.scene.document
         if placement.use.start:
-            check_keyframe(placement.use.start, robot.urdf, document.span("robots", placement.key, "start"), findings)
+            check_keyframe(
+                placement.use.start, robot.description, document.span("robots", placement.key, "start"), findings
+            )
         if joints and placement.key and placement.name in (placement.key, f"{placement.key}_0000"):
             at = ("robots", placement.key, "joints")
             starts = {name: (joint.start, document.span(*at, name, "start")) for name, joint in joints.items()}
-            check_starts(starts, robot.urdf, robot.disabled.joints, findings)
+            check_starts(starts, robot.description, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
         """Return the source location of a robot's `use` in the scene; None for a robot that is added later."""
@@ -119,18 +122,20 @@ class Scenery:
     def _read(self, path: Path, placement: RobotPlacement, findings: Findings) -> _RobotKind | None:
         self.library.findings = findings  # findings go to the present caller, not to the first one
         self.library.memory = before = self._memory()
-        use, urdf = placement.use.use, None
-        if is_text(use) or path.suffix in SUFFIXES:
-            file, urdf = read_bare(use, path, self.library) or (None, None)
+        use, description = placement.use.use, None
+        if is_text(use) or is_description(path):
+            file, description = read_bare(use, path, self.library) or (None, None)
         else:
             file = read_robot(path, self.library.files, findings)
-        robot = load_robot(placement, file, self.library, urdf) if file is not None else None
+            if file is None:
+                tell_suffix(path, self._place_of(placement), findings)
+        robot = load_robot(placement, file, self.library, description) if file is not None else None
         model = robot_spec(robot, self.library, self._floor, findings) if robot is not None else None
         if robot is None or model is None:
             return None
-        if robot.urdf.mjcf is not None and self._world is not None:
-            tell_overridden(robot.urdf.mjcf.element, self._world, findings)
-        if urdf is not None:
+        if robot.description.mjcf is not None and self._world is not None:
+            tell_overridden(robot.description.mjcf.element, self._world, findings)
+        if description is not None:
             self._tell_joints(robot, placement, findings)
         add_sensors(model, robot)
         each = ELEMENT * (len(model.bodies) + len(model.geoms)) + PAIR * len(model.excludes)
@@ -142,8 +147,8 @@ class Scenery:
 
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
         """Add a note on the joints that graphs can use, for a description without a robot file."""
-        mjcf = robot.urdf.mjcf
-        floating = [joint.name for joint in robot.urdf.joints.values() if joint.type == "floating"]
+        mjcf = robot.description.mjcf
+        floating = [joint.name for joint in robot.description.joints.values() if joint.type == "floating"]
         still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
         number, known = len(robot.moving) + len(floating), len(robot.moving) if floating else "all"
         count = f"{number} joint{'s' * (number != 1)}; graphs can use {known}" if number else "no joint that moves"
@@ -202,7 +207,7 @@ class Scenery:
             # A copy, because an attached model belongs to the whole, and each attachment slows down MuJoCo's own copying.
             model = kinds[id(robot.file)].model.copy()
             model.assets.clear()
-            if robot.urdf.mjcf is not None:
+            if robot.description.mjcf is not None:
                 model.option = whole.option  # or MuJoCo warns that they differ
             has_assets = bool(list(model.meshes) or list(model.textures))
             try:
@@ -230,7 +235,7 @@ class Scenery:
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
         """Report an error of MuJoCo at the element of a robot's description that it names, else at a line of the world."""
         message, name, line = mujoco_says(error)
-        known = marked(error, (robot.urdf.element for robot in robots.values()))
+        known = marked(error, (robot.description.element for robot in robots.values()))
         element = known or _element(name, robots)
         if element is not None:
             user = (called(known) if known is not None else "") or name.partition("/")[2]
@@ -247,7 +252,7 @@ def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
     owner, _, rest = name.partition("/")
     if owner not in robots:
         return None
-    root = robots[owner].urdf.element
+    root = robots[owner].description.element
     return next((element for element in root.walk() if element.get("name") == rest.partition(".")[0]), root)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 
+from graphengine.descriptions.earth import place_world
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, number, read
@@ -46,6 +47,8 @@ def world_spec(
     spec, lines = parse(root, library)
     if spec is not None:
         _set_options(spec, root, scene.spec.physics, findings)
+        if scene.spec.spherical_coordinates is not None:
+            place_world(spec, scene.spec.spherical_coordinates)
     return spec, lines
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import pose_of
-from graphengine.devices.stage import Stage, prim_name
+from graphengine.devices.stage import Stage
+from graphengine.format.prim_paths import prim_name
 
 
 def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:

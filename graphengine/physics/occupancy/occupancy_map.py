@@ -19,7 +19,7 @@ from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.grid import Canvas, Grid, Window
 from graphengine.physics.occupancy.shapes import shapes
-from graphengine.physics.ray_casting.rays import visible_geoms
+from graphengine.physics.ray_casting.casters import visible_geoms
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """The states of a cell, with the values that nav_msgs/OccupancyGrid uses."""

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.descriptions.engine import OWN, Floats, Indices, mujoco
+from graphengine.physics.ray_casting.casters import GROUPS_SEEN, Integers, visible_geoms
 from graphengine.physics.ray_casting.own_colliders import PASSED, VISIBLE, OwnColliders
 from graphengine.physics.ray_casting.plane_culling import PlaneSlice
-from graphengine.physics.ray_casting.rays import GROUPS_SEEN, Integers, visible_geoms
 
 
 class MultiRays:
-    """Ray casting by MuJoCo; implements `sensors.rays.Rays`."""
+    """Ray casting by MuJoCo; implements `casters.Rays`."""
 
     name = "mujoco"
 
@@ -31,7 +31,7 @@ class MultiRays:
 
 
 class MultiRayCaster:
-    """Casts the rays of one sensor by MuJoCo; implements `sensors.rays.Caster`."""
+    """Casts the rays of one sensor by MuJoCo; implements `casters.Caster`."""
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, directions: Floats, far: float, own: OwnColliders

@@ -60,7 +60,7 @@ class BodyContactSensor(CarriedPrim):
 
     def see_forces(self) -> None:
         """Add the contact force of a physics step to the force of the tick."""
-        if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
+        if self._simulation.in_first_step:
             self._of_tick = np.zeros(3)
         self._of_step = self._force()
         self._of_tick = self._of_tick + self._of_step

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -23,14 +23,12 @@ from graphengine.devices.lidar import Lidar, Scan, beam_directions
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.implementations import Deviation, Profile, Rate, check_less, implements
+from graphengine.physics.ray_casting.casters import Integers
 from graphengine.physics.ray_casting.own_colliders import own_colliders
-from graphengine.physics.ray_casting.rays import Integers
-from graphengine.physics.sensors.sampling import Sampled
+from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
-
-S = TypeVar("S")
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MAX_BEAMS = 500_000
@@ -149,20 +147,18 @@ class LidarProfile(Profile):
         return kept | {"angles": self.angles, "elevations": self.elevations, "ranges": (self.near, self.far)}
 
 
-class RaySensor(Sampled, Generic[S]):
-    """Base class of sensors that sample by casting rays, at most once per tick, and only on request.
+class RaySensor(TickSampled[S]):
+    """Base class of sensors that sample by casting rays.
 
     The `facts` of the sensor's prim contain `ranges`, and may contain `noise_std` and `resolution`. A subclass sets `directions`
     before it calls `__init__`, and makes a sample in `_make_sample`.
     """
 
     casts_rays = True
-    kept = ("_newest",)
 
     directions: Floats
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self._newest: tuple[int, S] | None = None
         self.ranges: tuple[float, float] = prim.facts["ranges"]
         self.noise_std: float = prim.facts.get("noise_std", 0.0)
         self._resolution: float = prim.facts.get("resolution", 0.0)
@@ -175,29 +171,8 @@ class RaySensor(Sampled, Generic[S]):
         own = own_colliders(world.model, world.data, world.sees_own_robots, self._prim, self.body, self.ranges[0])
         self._caster = world.rays.caster(self.directions, self.ranges[1], own)
 
-    def reset(self) -> None:
-        """Discard the newest sample."""
-        self._newest = None
-
-    def _sample(self) -> S:
-        """Return the newest sample, which is measured when it is first requested in its tick; all callers get the same object.
-
-        If no node requested the sample in its tick, it is measured now with its own number and the current time, and not kept.
-        """
-        index = self.index
-        if self._newest is not None and self._newest[0] == index:
-            return self._newest[1]
-        sample = self._make_sample(index)
-        if self.due:
-            self._newest = index, sample
-        return sample
-
-    def _make_sample(self, index: int) -> S:
-        """Measure sample `index` in the current state, with noise from `self._noise_of(index)`."""
-        raise NotImplementedError
-
     def cast(self) -> tuple[Floats, Integers]:
-        """Return distance (m) and geom id of the first hit of each ray; see `rays.Caster.cast`."""
+        """Return distance (m) and geom id of the first hit of each ray; see `casters.Caster.cast`."""
         return self._caster.cast(*self.frame())
 
     def _measured(self, distances: Floats, index: int) -> Floats:
@@ -245,4 +220,4 @@ class RayLidar(RaySensor[Scan]):
         intensities = self._brightness.take(geoms)
         np.copyto(ranges, np.inf, where=missed)
         np.copyto(intensities, 0.0, where=missed)
-        return Scan(self._simulation.time, index, ranges, intensities)
+        return Scan(self._simulation.time, index, ranges, intensities, self.directions)

@@ -72,4 +72,4 @@ class LightCurtain(RayBundle):
         ends = self._origins + hits.depths[:, None] * self._directions
         begins = self._origins + self._ranges[0] * self._directions
         in_world = (position + points @ rotation.T for points in (begins, ends))
-        return BeamReading(hits.found, hits.depths, ends, *in_world)
+        return BeamReading(self._simulation.step_time, hits.found, hits.depths, ends, *in_world)

@@ -23,7 +23,7 @@ from graphengine.devices.radar import Detections, Radar
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
 from graphengine.physics.implementations import Deviation, implements
-from graphengine.physics.ray_casting.rays import Integers
+from graphengine.physics.ray_casting.casters import Integers
 from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded
 
 if TYPE_CHECKING:

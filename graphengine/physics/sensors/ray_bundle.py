@@ -13,8 +13,8 @@ import numpy as np
 from graphengine.descriptions.engine import Bools, Floats, Indices, mujoco
 from graphengine.devices.stage import Prim
 from graphengine.physics.handles.motion_handles import CarriedPrim
+from graphengine.physics.ray_casting.casters import Caster
 from graphengine.physics.ray_casting.own_colliders import own_colliders
-from graphengine.physics.ray_casting.rays import Caster
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore

@@ -8,7 +8,7 @@ which starts from seed, prim path and sample number. So they do not depend on wh
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from graphengine.physics.handles.motion_handles import CarriedPrim
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
+
+S = TypeVar("S")
 
 
 class Sampling:
@@ -68,3 +70,34 @@ class Sampled(CarriedPrim):
     def _noise_of(self, index: int) -> np.random.Generator:
         """Return the random generator for the noise of a sample."""
         return self._sampling.random(self._simulation.seed, index)
+
+
+class TickSampled(Sampled, Generic[S]):
+    """Base class of sensors that measure at most once per tick, and only on request; a subclass measures in `_make_sample`."""
+
+    kept: ClassVar[tuple[str, ...]] = ("_newest",)
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self._newest: tuple[int, S] | None = None
+        super().__init__(simulation, prim)
+
+    def reset(self) -> None:
+        """Discard the newest sample."""
+        self._newest = None
+
+    def _sample(self) -> S:
+        """Return the newest sample, which is measured when it is first requested in its tick; all callers get the same object.
+
+        If no node requested the sample in its tick, it is measured now with its own number and the current time, and not kept.
+        """
+        index = self.index
+        if self._newest is not None and self._newest[0] == index:
+            return self._newest[1]
+        sample = self._make_sample(index)
+        if self.due:
+            self._newest = index, sample
+        return sample
+
+    def _make_sample(self, index: int) -> S:
+        """Measure sample `index` in the current state, with noise from `self._noise_of(index)`."""
+        raise NotImplementedError

@@ -64,7 +64,7 @@ def _space(published: Sequence[EndpointClaim]) -> dict[str, Any]:
     layers = {"grid": {"layerId": "foxglove.Grid", "instanceId": "grid", "label": "Grid", "visible": True}}
     for topic in _unique(claim.topic for claim in published if claim.topic.endswith(_DESCRIPTION)):
         name = topic.removesuffix(_DESCRIPTION).strip("/") or "robot"
-        urdf = {"layerId": "foxglove.Urdf", "instanceId": topic, "label": name, "visible": True}
+        urdf = {"layerId": "foxglove.RobotDescription", "instanceId": topic, "label": name, "visible": True}
         layers[topic] = {**urdf, "sourceType": "topic", "topic": topic}
     drawn = _unique(claim.topic for claim in published if claim.message_type in _IN_SPACE)
     frame = {"followTf": roots[0]} if roots else {}

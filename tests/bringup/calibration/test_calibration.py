@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.bringup.calibration.figures import Calibration, Motion, Slope, Stop, Twist
 from tests.bringup.calibration import bases
 from tests.bringup.robots.imported_bases import imported, scene
@@ -18,7 +19,7 @@ from tests.other_process import in_another_process
 
 
 def calibrate(base: bases.Base, **arguments: object) -> Calibration:
-    return ge.bringup.calibrate(ge.load(base.write().scene), **arguments)  # type: ignore[arg-type]
+    return bringup.calibrate(ge.load(base.write().scene), **arguments)  # type: ignore[arg-type]
 
 
 ARCS = ["slow_arc_left", "slow_arc_right", "full_arc_left", "full_arc_right"]
@@ -27,7 +28,7 @@ AT_LIMITS = [*ARCS, "uphill", "downhill"]
 
 @pytest.fixture(scope="module")
 def dingo() -> Calibration:
-    return ge.bringup.calibrate(ge.load("dd100_flat"))
+    return bringup.calibrate(ge.load("dd100_flat"))
 
 
 def test_the_dingo_moves_as_commanded(dingo: Calibration) -> None:
@@ -54,7 +55,7 @@ def test_the_dingo_stops_within_its_limit_and_parks_on_a_slope(dingo: Calibratio
 
 
 def test_a_controller_without_a_deceleration_limit_says_so() -> None:
-    result = ge.bringup.calibrate(ge.load("dd100_flat", set={"DiffController.maxDeceleration": 0.0}))
+    result = bringup.calibrate(ge.load("dd100_flat", set={"DiffController.maxDeceleration": 0.0}))
     assert result.stop is not None
     assert (result.stop.deceleration, result.stop.ratio) == (None, None)
 
@@ -79,7 +80,7 @@ def test_the_true_odometry_has_no_error(dingo: Calibration) -> None:
 
 
 def calibrated(scene: str) -> str:
-    return json.dumps(ge.bringup.calibrate(ge.load(scene)).to_data())
+    return json.dumps(bringup.calibrate(ge.load(scene)).to_data())
 
 
 def test_the_same_files_give_the_same_bytes_in_another_process(dingo: Calibration) -> None:
@@ -93,7 +94,7 @@ def test_the_data_is_json_without_the_paths(dingo: Calibration) -> None:
 
 
 def test_a_robot_is_calibrated_alone_and_outside_of_its_hall() -> None:
-    result = ge.bringup.calibrate(ge.load("dd100_fleet"))  # racks would be in its way
+    result = bringup.calibrate(ge.load("dd100_fleet"))  # racks would be in its way
     assert result.outside(0.02) == ()
 
 
@@ -171,14 +172,14 @@ def test_an_imu_has_the_noise_of_its_profile_and_rests_on_gravity(tmp_path: Path
 
 def test_the_speed_is_at_most_that_of_the_controller() -> None:
     scene = ge.load("dd100_flat", set={"DiffController.maxLinearSpeed": 0.2, "DiffController.maxAngularSpeed": 0.4})
-    result = ge.bringup.calibrate(scene, speed=0.5)
+    result = bringup.calibrate(scene, speed=0.5)
     assert (result.speed, result.turn_speed) == (0.2, 0.4)
     assert result.outside(0.02) == ()
 
 
 def test_the_speed_is_at_most_that_of_the_wheels() -> None:
     scene = ge.load("dd100_flat", set={"DiffController.maxWheelSpeed": 4.0})
-    result = ge.bringup.calibrate(scene)
+    result = bringup.calibrate(scene)
     assert result.speed == pytest.approx(4.0 * 0.049)  # at the rim
     assert result.motions[0].share == pytest.approx(1.0, abs=0.001)
 
@@ -188,7 +189,7 @@ def test_the_speed_is_at_most_that_of_the_wheels() -> None:
 )
 def test_an_argument_that_makes_no_sense_is_a_usage_error(arguments: dict[str, float | str]) -> None:
     with pytest.raises(ge.UsageError):
-        ge.bringup.calibrate(ge.load("dd100_flat"), **arguments)  # type: ignore[arg-type]
+        bringup.calibrate(ge.load("dd100_flat"), **arguments)  # type: ignore[arg-type]
 
 
 def test_calibration_chooses_one_of_two_command_topics(tmp_path: Path) -> None:
@@ -196,7 +197,7 @@ def test_calibration_chooses_one_of_two_command_topics(tmp_path: Path) -> None:
     base.graphs["second"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], topic: other/cmd_vel}}"
     with pytest.raises(ge.UsageError, match="--command-topic\n  command topics: /cmd_vel, /other/cmd_vel"):
         calibrate(base)
-    assert ge.bringup.calibrate(ge.load(base.scene), command_topic="other/cmd_vel").command_topic == "/other/cmd_vel"
+    assert bringup.calibrate(ge.load(base.scene), command_topic="other/cmd_vel").command_topic == "/other/cmd_vel"
 
 
 def test_bounds_of_turns_and_sideways_are_wider() -> None:
@@ -233,7 +234,7 @@ def test_a_robot_driven_by_a_graph_of_the_scene_is_refused_with_a_remedy(tmp_pat
     use = base.graphs.pop("drive").replace("{wheels", "{robot: /bot, wheels")
     base.write()
     base.scene.write_text(base.scene.read_text(encoding="utf-8") + f"graphs:\n  drive: {use}\n", encoding="utf-8")
-    result = ge.bringup.calibrate(ge.load(base.scene))
+    result = bringup.calibrate(ge.load(base.scene))
     assert result.notes[0].endswith("list the graph below `graphs:` of the robot file")
 
 
@@ -315,7 +316,7 @@ def test_wheels_on_springs_are_not_taken_for_steered_ones(tmp_path: Path) -> Non
 
 def test_three_omni_wheels_have_the_radius_that_rolls_and_no_slip(tmp_path: Path) -> None:
     """Not 2 / sqrt(3) times the radius, as two of the wheels turn that much slower in a straight drive."""
-    result = ge.bringup.calibrate(ge.load(scene(tmp_path, imported(tmp_path, PLAIN.urdf()))), speed=0.3, turn_speed=0.6)
+    result = bringup.calibrate(ge.load(scene(tmp_path, imported(tmp_path, PLAIN.urdf()))), speed=0.3, turn_speed=0.6)
     assert result.kinematics == "omni"
     assert [wheel.radius for wheel in result.wheels] == pytest.approx([0.05] * 3, rel=1e-3)
     assert [motion.slip for motion in result.motions[:4]] == pytest.approx([0.0] * 4, abs=1e-3)

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.bringup.calibration.arc_track import correct_track, lower_turn
 from graphengine.bringup.calibration.figures import Twist
 from tests.bringup.robots.imported_bases import PLUGIN, description, imported, robot_file, scene, slow
@@ -129,7 +130,7 @@ def test_arcs_are_measured_after_a_slow_ramp(tmp_path: Path) -> None:
     before = parameters(path)["turn"]
     assert lower_turn(tmp_path / "robots/bot.yaml", "bot", 0.0, [], guessed=True) == []
     assert parameters(path)["turn"] == before
-    arcs = [each for each in ge.bringup.calibrate(ge.load(path)).motions if "full_arc" in each.name]
+    arcs = [each for each in bringup.calibrate(ge.load(path)).motions if "full_arc" in each.name]
     assert len(arcs) == 2
     assert all(each.speed_share is not None and each.speed_share > 0.95 for each in arcs)
 
@@ -225,7 +226,7 @@ def test_if_no_track_gives_the_commanded_turn_rate_the_best_one_tried_is_kept(
 
 def test_encoder_odometry_of_a_skidding_base_drifts_and_the_true_odometry_does_not(tmp_path: Path) -> None:
     path, _ = corrected(tmp_path, description(SKID))
-    result = ge.bringup.calibrate(ge.load(path))
+    result = bringup.calibrate(ge.load(path))
     errors = {one.topic: one for one in result.odometry}
     assert errors["/ground_truth/odom"].is_true()
     assert abs(errors["/odom"].turn_error or 0.0) > math.radians(1.0)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.bringup.calibration.figures import Calibration, Covariances, Motion, Odometry, Twist
 from graphengine.bringup.calibration.write_back import write_figures
 from tests.bringup.calibration import bases
@@ -22,10 +23,10 @@ MEASURED = Calibration(
 def test_a_skid_steered_base_turns_as_commanded_after_its_effective_track_is_written(tmp_path: Path) -> None:
     base = bases.skid_steered(tmp_path).write()
     scene = ge.load(base.scene)
-    changes, notes = write_figures(scene, ge.bringup.calibrate(scene))
+    changes, notes = write_figures(scene, bringup.calibrate(scene))
     assert {change.node for change in changes} == {"drive/Drive.wheelRadius", "drive/Drive.wheelDistance"}
     assert notes == []
-    assert ge.bringup.calibrate(ge.load(base.scene)).outside(0.01) == ()
+    assert bringup.calibrate(ge.load(base.scene)).outside(0.01) == ()
 
 
 def test_a_number_in_a_graph_is_replaced_below_a_comment_and_the_rest_stays(tmp_path: Path) -> None:

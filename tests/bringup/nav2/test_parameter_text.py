@@ -6,7 +6,8 @@ import re
 
 from graphengine.bringup.nav2.parameter_text import parameter_lines
 from graphengine.bringup.nav2.sourced import Sourced
-from graphengine.bringup.nav2.templates import filled, holds, read
+from graphengine.bringup.nav2.text_files import TEMPLATES
+from graphengine.format.templates import filled, holds
 
 GIVEN = {
     "speed": Sourced(0.5, "the graph"),
@@ -54,7 +55,7 @@ def test_a_block_is_repeated_for_each_name() -> None:
 def test_conditions_of_other_templates_have_an_end() -> None:
     for slam in (False, True):
         text = filled(
-            "readme.txt",
+            TEMPLATES / "readme.txt",
             {"slam": slam, "fleet": False, "described": True},
             robots="r",
             scene="s",
@@ -69,7 +70,7 @@ def test_conditions_of_other_templates_have_an_end() -> None:
 def test_each_word_of_a_condition_in_the_parameter_template_is_a_fact() -> None:
     known = {"jazzy", "kilted", "lyrical", "dwb", "mppi", "rpp", "differential", "omni", "ackermann"}
     known |= {"busy", "car", "circular", "round", "slam"}
-    conditions = re.findall(r"  # if ([\w ]+)", read("nav2_params.txt"))
+    conditions = re.findall(r"  # if ([\w ]+)", (TEMPLATES / "nav2_params.txt").read_text())
     assert len(conditions) > 50
     assert {word.removeprefix("not ") for text in conditions for word in text.split(" and ")} <= known
     assert holds("car and not slam", FACTS)

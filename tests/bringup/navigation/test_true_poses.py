@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.api.remote_robot import RemoteRobot
 from graphengine.bringup.navigation.true_poses import PlanarPose, TruePoses
 from graphengine.control import runs
 from graphengine.devices.rotation import from_rpy, yaw_of
@@ -28,10 +29,10 @@ class Samples(TruePoses):
     """Samples that a test gives, without a run."""
 
     def __init__(self, *states: dict[str, Any]) -> None:
-        self.ended, self.paused, self._namespace = "", False, "robot"
+        self.ended, self.paused = "", False
         self._times, self._poses, self._lock = [], [], threading.Lock()
         for state in states:
-            self._client = Answer(state)  # type: ignore[assignment]
+            self._robot = OneAnswer(state)
             self._sample()
 
 
@@ -44,6 +45,13 @@ class Answer:
     def ask(self, command: str) -> dict[str, Any]:
         assert command == "state"
         return self.state
+
+
+class OneAnswer(RemoteRobot):
+    """A robot of a run that gives one answer."""
+
+    def __init__(self, state: dict[str, Any]) -> None:
+        self._client, self._namespace = Answer(state), "robot"  # type: ignore[assignment]
 
 
 def state(time: float, x: float, y: float, yaw: float = 0.0) -> dict[str, Any]:
@@ -113,7 +121,7 @@ def test_the_run_is_chosen_by_the_namespace_of_the_robot(monkeypatch: pytest.Mon
 
         def close(self) -> None: ...
 
-    monkeypatch.setattr("graphengine.bringup.navigation.true_poses.Client", Client)
+    monkeypatch.setattr("graphengine.api.remote_robot.Client", Client)
     monkeypatch.setattr(runs, "running", lambda environment: entries)
     for namespace, name in (("/robot", "one"), ("other", "two")):
         poses = TruePoses("", namespace)

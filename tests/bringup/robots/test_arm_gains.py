@@ -30,7 +30,7 @@ def drives(found: Imported) -> dict[str, dict[str, Any]]:
 def test_the_full_effort_answers_to_10_mrad_and_damping_is_at_least_critical(tmp_path: Path) -> None:
     found = imported(tmp_path, ARM)
     for name, effort in zip(joints_of(), EFFORTS, strict=True):
-        drive, entry = drives(found)[name], found.draft.entry("joints", name)
+        drive, entry = drives(found)[name], found.draft.joints[name]
         assert drive["stiffness"] == pytest.approx(effort / 0.01)
         bandwidth, inertia = float(entry.hint.split()[0]), float(entry.hint.split()[-3])
         assert bandwidth <= 5.0
@@ -38,14 +38,14 @@ def test_the_full_effort_answers_to_10_mrad_and_damping_is_at_least_critical(tmp
         assert drive["damping"] >= 1.99 * math.sqrt(drive["stiffness"] * inertia)
         assert drive["interpolate"] is True
         assert drive["gravity_compensation"] is True
-    assert max(float(found.draft.entry("joints", name).hint.split()[0]) for name in joints_of()) == 5.0
+    assert max(float(found.draft.joints[name].hint.split()[0]) for name in joints_of()) == 5.0
 
 
 def test_at_half_its_speed_a_joints_own_losses_cause_an_error_of_2_5_mrad(tmp_path: Path) -> None:
     lossy = robot(limb("j", 6)).replace("</joint>", '<dynamics damping="10" friction="3"/></joint>')
     found = imported(tmp_path, lossy)
     for name, effort in zip(joints_of(), EFFORTS, strict=True):
-        speed = found.draft.urdf.joints[name].velocity
+        speed = found.draft.description.joints[name].velocity
         assert speed is not None
         assert drives(found)[name]["stiffness"] == pytest.approx(max(effort / 0.01, (5 * speed + 3) / 0.0025), rel=1e-3)
 
@@ -53,7 +53,7 @@ def test_at_half_its_speed_a_joints_own_losses_cause_an_error_of_2_5_mrad(tmp_pa
 def test_the_largest_inertia_counts_not_that_of_the_zero_pose(tmp_path: Path) -> None:
     # all joints at zero the arm stands upright, and its first joint turns next to nothing
     found = imported(tmp_path, ARM)
-    assert float(found.draft.entry("joints", "j1").hint.split()[-3]) > 3.0
+    assert float(found.draft.joints["j1"].hint.split()[-3]) > 3.0
 
 
 def test_the_report_names_guessed_gains(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_without_effort_limits_gains_follow_from_inertia_and_weight(tmp_path: Pa
     control = f'<ros2_control name="arm" type="system">{control}</ros2_control>'
     found = imported(tmp_path, robot(limb("j", 6, effort=None), control))
     for name in joints_of():
-        inertia = float(found.draft.entry("joints", name).hint.split()[-3])
+        inertia = float(found.draft.joints[name].hint.split()[-3])
         assert drives(found)[name]["stiffness"] >= 0.99 * inertia * (2 * math.pi * 5) ** 2
     assert drives(found)["j2"]["stiffness"] > 5000
 
@@ -93,7 +93,7 @@ def test_without_effort_limits_a_light_joint_withstands_the_motion_of_the_others
     own = 1.0 * 0.1**2 + 1.0 * 0.2**2 / 12 + 1e-4
     coupled = own + 1.0 * 1.0 * 0.1
     assert drives(found)["b"]["stiffness"] == pytest.approx((own + coupled) * (2 * math.pi * 5) ** 2, rel=0.01)
-    assert found.draft.entry("joints", "b").hint.startswith("5.0 Hz")
+    assert found.draft.joints["b"].hint.startswith("5.0 Hz")
 
 
 @pytest.mark.parametrize(("velocity", "told"), [(2.0, False), (4.0, True)])

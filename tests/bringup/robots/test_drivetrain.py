@@ -603,7 +603,7 @@ def test_joints_of_a_caster_turn_freely_though_they_have_effort_limits(tmp_path:
     found = imported(tmp_path, description(DIFFERENTIAL, PLUGIN, *parts))
     joints = robot_file(found)["joints"]
     assert [name for name, value in joints.items() if value and "drive" in value] == ["left_joint", "right_joint"]
-    assert joints["yaw"]["armature"] == pytest.approx(0.005 * found.robot.urdf.mass * 0.02**2, rel=0.01)
+    assert joints["yaw"]["armature"] == pytest.approx(0.005 * found.robot.description.mass * 0.02**2, rel=0.01)
     assert (
         "guessed: no drive, turns freely: roll, pitch, yaw; joints of casters, which carry links on the floor"
         in remarks(found)

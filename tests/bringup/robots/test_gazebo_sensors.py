@@ -152,6 +152,61 @@ def test_a_plugin_of_classic_gazebo_may_be_an_imu(
     assert remarks(tmp_path, "lost", plugin) == []
 
 
+@pytest.mark.parametrize("kind", ["navsat", "gps"])
+def test_a_receiver_has_the_noise_of_its_position(tmp_path: Path, kind: str) -> None:
+    noise = "<{0}><noise type='gaussian'><mean>0</mean><stddev>{1}</stddev></noise></{0}>"
+    position = f"<position_sensing>{noise.format('horizontal', 1.5)}{noise.format('vertical', 2.5)}</position_sensing>"
+    given = sensor("imu_link", kind, f"<update_rate>10</update_rate><{kind}>{position}</{kind}><topic>gps/fix</topic>")
+    (entry,) = robot(tmp_path, given)["sensors"].values()
+    assert entry == {
+        "type": "navsat",
+        "parent": "imu_link",
+        "profile": {"rate": 10.0, "horizontal_noise": 1.5, "vertical_noise": 2.5},
+    }
+    assert uses(tmp_path, given)["navsat"]["topic"] == "gps/fix"
+    assert remarks(tmp_path, "lost", given) == []
+
+
+@pytest.mark.parametrize(
+    ("inside", "figures"),
+    [
+        ("", {}),
+        ("<frame>child</frame><measure_direction>child_to_parent</measure_direction>", {}),
+        ("<frame>parent</frame>", {"axes": "parent"}),
+        ("<measure_direction>parent_to_child</measure_direction>", {"measure_direction": "parent_to_child"}),
+        (
+            "<force><x>{0}</x></force><torque><z>{0}</z></torque>".format(
+                "<noise type='gaussian'><stddev>0.2</stddev></noise>"
+            ),
+            {"force_noise": 0.2, "torque_noise": 0.2},
+        ),
+    ],
+)
+def test_a_force_torque_sensor_of_a_joint_is_on_its_child_link(
+    tmp_path: Path, inside: str, figures: dict[str, Any]
+) -> None:
+    given = sensor("arm_joint", "force_torque", f"<update_rate>30</update_rate><force_torque>{inside}</force_torque>")
+    data = robot(tmp_path, given)
+    assert data["sensors"]["eye"] == {"type": "force_torque", "parent": "arm", "profile": {"rate": 30.0, **figures}}
+    graph = uses(tmp_path, given)["force_torque"]
+    frame = "base_link" if "axes" in figures else "arm"
+    assert graph == {"sensor": "base_footprint/base_link/arm/eye", "topic": "wrench", "frame": frame}
+    assert remarks(tmp_path, "lost", given) == []
+
+
+@pytest.mark.parametrize(("frame", "turned"), [("child", False), ("sensor", True)])
+def test_a_force_torque_sensor_is_turned_only_if_its_values_have_its_axes(
+    tmp_path: Path, frame: str, turned: bool
+) -> None:
+    inside = f"<pose>0 0 0.1 0 0 1.5707963</pose><force_torque><frame>{frame}</frame></force_torque>"
+    entry = robot(tmp_path, sensor("scan_joint", "force_torque", inside))["sensors"]["eye"]
+    assert (entry["parent"], entry["position"], "orientation" in entry) == ("base_scan", [0.0, 0.0, 0.1], turned)
+
+
+def test_tags_without_content_are_not_reported_as_lost(tmp_path: Path) -> None:
+    assert remarks(tmp_path, "lost", sensor("imu_link", "imu", "<update_rate>100</update_rate><imu/>")) == []
+
+
 def test_a_camera_has_its_lens_and_noise(tmp_path: Path) -> None:
     inside = """<camera><horizontal_fov>1.5708</horizontal_fov><image><width>640</width><height>320</height></image>
       <clip><near>0.1</near><far>50</far></clip><noise><type>gaussian</type><stddev>0.01</stddev></noise></camera>"""
@@ -287,6 +342,13 @@ def test_a_sensor_that_nothing_is_like_is_lost(tmp_path: Path, kind: str) -> Non
         ("", "imu", "", "its <gazebo> names no link"),
         ("imu_link", "radar", "", "there is nothing like a sensor of type 'radar'"),
         ("imu_link", "contact", "", "link 'imu_link' has no collider to feel contacts"),
+        ("base_footprint", "force_torque", "", "link 'base_footprint' has no joint at which to measure"),
+        (
+            "arm_joint",
+            "force_torque",
+            "<force_torque><frame>world</frame></force_torque>",
+            "frame must be one of child, parent, sensor, not 'world'",
+        ),
         ("imu_link", "ray", "", "the sensor has no <scan><horizontal>"),
         ("imu_link", "lidar", LIDAR.replace("360", "nan"), "samples is not a number: 'nan'"),
         ("imu_link", "lidar", LIDAR.replace("360", "-3"), "-3 samples: not a valid number of rays"),
@@ -328,7 +390,7 @@ def test_a_sensor_that_cannot_be_is_lost_with_the_reason(
     remark = result.draft.lost[-1]
     assert lost in remark.text
     assert remark.span is not None
-    assert "eye" not in result.draft.sections["sensors"]
+    assert "eye" not in result.draft.sensors
 
 
 def test_unsupported_properties_of_a_sensor_are_reported_as_lost(tmp_path: Path) -> None:
@@ -338,8 +400,8 @@ def test_unsupported_properties_of_a_sensor_are_reported_as_lost(tmp_path: Path)
 
 
 def test_sensors_that_share_a_reason_share_a_remark(tmp_path: Path) -> None:
-    two = (sensor("imu_link", "gps", "", name=name) for name in ("left", "right"))
-    assert remarks(tmp_path, "lost", *two) == ["sensors left, right: there is nothing like satellite navigation"]
+    two = (sensor("imu_link", min(NO_LIKE), "", name=name) for name in ("left", "right"))
+    assert remarks(tmp_path, "lost", *two) == [f"sensors left, right: there is nothing like {NO_LIKE[min(NO_LIKE)]}"]
 
 
 def screen(width: float) -> str:
@@ -365,14 +427,15 @@ def test_a_lidar_whose_beams_its_own_robot_blocks_does_not_see_the_robot(
 
 
 def test_the_number_of_sensors_is_bounded(tmp_path: Path) -> None:
-    many = [sensor("imu_link", "gps", "", name=f"s{number}") for number in range(MAX_SENSORS + 2)]
+    many = [sensor("imu_link", min(NO_LIKE), "", name=f"s{number}") for number in range(MAX_SENSORS + 2)]
     assert remarks(tmp_path, "lost", *many)[0] == f"sensors after the first {MAX_SENSORS}"
 
 
 TAGS = """lidar ray scan horizontal vertical samples resolution min_angle max_angle range min max noise type mean stddev
   bias_mean imu angular_velocity linear_acceleration x accel camera image width height format clip near far
   horizontal_fov pose topic update_rate plugin ros remapping namespace frame_id sonar radius contact mu1 mu2 fdir1
-  material visual diffuse gravity"""
+  material visual diffuse gravity navsat gps position_sensing force_torque frame
+  measure_direction force torque"""
 WORDS = st.sampled_from(
     ["", "0", "1", "-1", "360", "1e9", "1e308", "nan", "inf", "x", "gaussian", "~/out:=a", "1 0 0", "/", "::"]
 )

@@ -49,7 +49,7 @@ def test_soft_limits_become_limits_and_count_for_the_start(
     joint = keys(robot)["joints"]["lift_joint"]
     assert joint.get("limits") == limits  # type: ignore[attr-defined]
     assert joint.get("start") == (0.05 if limits == [0.05, 0.35] else None)  # type: ignore[attr-defined]
-    moving = robot.robot.urdf.joints["lift_joint"].limits
+    moving = robot.robot.description.joints["lift_joint"].limits
     assert moving == (tuple(limits) if limits else (0.0, 0.4))
 
 

@@ -31,7 +31,7 @@ def gripper(*parameters: tuple[str, str]) -> str:
 def test_a_joint_with_a_mimic_parameter_follows_its_leader_and_has_no_drive(tmp_path: Path) -> None:
     text = gripper(("mimic", "left_joint"), ("multiplier", "-1"), ("offset", "0.2"))
     robot = imported(tmp_path, text, fixed_base=True)
-    mimic = robot.robot.urdf.joints["right_joint"].mimic
+    mimic = robot.robot.description.joints["right_joint"].mimic
     assert mimic is not None
     assert (mimic.leader, mimic.multiplier, mimic.offset) == ("left_joint", -1.0, 0.2)
     assert keys(robot)["joints"]["right_joint"] == {}

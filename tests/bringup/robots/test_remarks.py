@@ -58,7 +58,7 @@ WORDS += ["velocity limits", "start position 0.4", "position drive", "lidar of 9
 def test_everything_that_is_said_to_be_carried_over_stands_in_the_file(tmp_path: Path) -> None:
     robot = imported(tmp_path, EVERYTHING)
     data, carried = keys(robot), robot.draft.carried
-    assert [remark.text for remark in carried if remark.claim is None or not remark.claim(data)] == []
+    assert [remark.text for remark in carried if not remark.holds(data)] == []
     assert {"joints", "materials", "links", "sensors", "graphs"} <= data.keys()
     texts = [remark.text for remark in carried]
     for word in WORDS:
@@ -69,7 +69,7 @@ def test_everything_that_is_said_to_be_carried_over_stands_in_the_file(tmp_path:
 def test_a_remark_does_not_hold_in_a_file_without_its_section(tmp_path: Path, section: str) -> None:
     robot = imported(tmp_path, EVERYTHING)
     data = {key: value for key, value in keys(robot).items() if key != section}
-    assert any(remark.claim is not None and not remark.claim(data) for remark in robot.draft.carried)
+    assert any(not remark.holds(data) for remark in robot.draft.carried)
 
 
 def test_a_start_position_that_is_cut_to_a_limit_or_belongs_to_a_mimic_joint_is_not_carried_over(

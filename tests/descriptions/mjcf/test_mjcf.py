@@ -72,7 +72,7 @@ def test_the_chain_of_joints_leads_where_mujoco_puts_the_body(project: Project) 
         data.qpos[simulation.model.joint(f"bot/{name}").qposadr[0]] = angle
     mujoco.mj_kinematics(simulation.model, data)
     pose, link = (pose_of(np.zeros(3), np.array([1.0, 0, 0, 0]))), "forearm"
-    while (carrier := robot.urdf.links[link].carrier) is not None:
+    while (carrier := robot.description.links[link].carrier) is not None:
         x, y, z = carrier.axis
         half = angles.get(carrier.name, 0.0) / 2
         turn: Pose = ((0.0, 0.0, 0.0), (x * math.sin(half), y * math.sin(half), z * math.sin(half), math.cos(half)))
@@ -85,7 +85,7 @@ def test_the_chain_of_joints_leads_where_mujoco_puts_the_body(project: Project) 
 
 
 def test_the_written_description_reads_back_as_the_same_poses(project: Project) -> None:
-    urdf = model(project, KITCHEN_SINK).load().robots["bot"].urdf
+    urdf = model(project, KITCHEN_SINK).load().robots["bot"].description
     for joint in urdf.joints.values():
         written = origin_of(joint.element)
         assert written is not None
@@ -277,7 +277,10 @@ def test_several_bodies_hang_on_the_world(project: Project) -> None:
     simulation = loaded_world.simulation
     joints = simulation.articulation(simulation.stage.find("/bot"))
     assert joints.joint_names == ("a_joint",)
-    assert [joint.type for joint in loaded_world.robots["bot"].urdf.joints.values()] == ["continuous", "floating"]
+    assert [joint.type for joint in loaded_world.robots["bot"].description.joints.values()] == [
+        "continuous",
+        "floating",
+    ]
     steps(simulation, 20)
     assert simulation.data.body("bot/b").xpos[2] < 0.1
 

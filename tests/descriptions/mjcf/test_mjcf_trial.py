@@ -106,6 +106,8 @@ def test_a_class_whose_name_is_a_format_of_printf_ends_only_the_confined_process
         ("<mujoco><worldbody><body><freejoint/><geom/></body></worldbody></mujoco>", True),
         (f"<mujoco><worldbody>{3990 * '<site/>'}</worldbody></mujoco>", True),
         (f"<mujoco><worldbody>{4000 * '<site/>'}</worldbody></mujoco>", False),
+        ('<mujoco><custom><numeric name="n" data="1 2"/></custom></mujoco>', True),
+        ('<mujoco><custom><numeric name="n" size="9999"/></custom></mujoco>', False),
         ("<mujoco><actuator/></mujoco>", False),
         ("<mujoco><tendon/></mujoco>", False),
         ('<mujoco><default><mesh scale="1 1 1"/></default></mujoco>', False),

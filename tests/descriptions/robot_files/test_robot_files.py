@@ -30,6 +30,41 @@ def test_a_file_that_extends_another_merges_mappings_and_replaces_the_rest(proje
     assert robot.file.span("graphs", "two", "use").source.path.endswith("bot.yaml")
 
 
+def test_null_removes_an_entry_of_the_file_that_is_extended(project: Project) -> None:
+    base = "frames: {tip: {parent: arm}, tail: {parent: arm}}\nnamespaces: {arm: one, plate: two}\n"
+    base += "graphs: {one: {use: one.yaml}, two: {use: two.yaml}}\n"
+    project.write("base.yaml", f"robot: base\nurdf: bot.urdf\n{base}")
+    project.write("middle.yaml", "robot: m\nextends: base.yaml\nframes: {tip: null}\ngraphs: {one: null, two: null}\n")
+    own = "robot: bot\nextends: middle.yaml\nnamespaces: {arm: null}\ngraphs: {two: {use: other.yaml}}\n"
+    spec = project.write("bot.yaml", own).load().robots["bot"].spec
+    assert list(spec.frames) == ["tail"]
+    assert spec.namespaces == {"plate": "two"}
+    assert {name: use.use for name, use in spec.graphs.items()} == {"two": "other.yaml"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("graphs: {tow: null}", "graphs: null removes an entry of the file that this file extends, which has no 'tow'"),
+        ("graphs: {tow: null}", "did you mean 'two'?"),
+        ("frames: {tip: null}", "entries: none"),
+        ("doc: null", "doc: expected text"),
+        ("graphs: null", "graphs: expected a mapping"),
+        ("graphs: {two: {use: null}}", "use: expected text"),
+        ("sensors: {eye: {type: contact, parent: null}}", "parent: expected text"),
+    ],
+)
+def test_null_for_what_cannot_be_removed_is_an_error_at_its_place(project: Project, keys: str, message: str) -> None:
+    project.write("base.yaml", "robot: base\nurdf: bot.urdf\ngraphs: {two: {use: two.yaml}}\n")
+    error = project.write("bot.yaml", f"robot: bot\nextends: base.yaml\n{keys}\n").error()
+    assert message in error
+    assert "bot.yaml:3:" in error
+
+
+def test_null_removes_nothing_from_a_file_that_extends_no_other(project: Project) -> None:
+    assert "one: expected a mapping, got nothing" in project.robot("graphs: {one: null}").error()
+
+
 def test_files_that_extend_each_other_are_reported(project: Project) -> None:
     project.write("bot.yaml", "robot: bot\nextends: b.yaml\n").write("b.yaml", "robot: b\nextends: bot.yaml\n")
     assert "bot.yaml extends b.yaml extends bot.yaml" in project.error()

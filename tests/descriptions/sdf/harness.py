@@ -7,14 +7,12 @@ from pathlib import Path
 import pytest
 
 from graphengine.descriptions.files.packages import Packages
-from graphengine.descriptions.files.xml import Element, parse
+from graphengine.descriptions.files.xml import parse
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.sdf.sdf_files import SdfFiles
 from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_reader import read_sdf
-from graphengine.descriptions.sdf.sdf_values import to_rpy
-from graphengine.descriptions.urdf.urdf import Urdf
-from graphengine.descriptions.urdf.urdf_reader import read_urdf
-from graphengine.devices.rotation import Pose
+from graphengine.devices.rotation import Pose, to_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 
@@ -79,25 +77,23 @@ def place(within: Scope, name: str) -> object:
     return pytest.approx(six(frame(within, name).place), abs=1e-9)
 
 
-def converted(folder: Path, text: str, name: str = "") -> tuple[Element | None, Findings]:
-    """The URDF of a model of a file in a folder."""
+def converted(folder: Path, text: str, name: str = "") -> tuple[RobotDescription | None, Findings]:
+    """A model of a file in a folder as links and joints."""
     findings = Findings()
     root = parse(text.encode(), str(folder / "main.sdf"), findings, "S103")
     assert root is not None, findings.items
     return read_sdf(folder / "main.sdf", root, packages(folder), findings, name), findings
 
 
-def urdf(folder: Path, text: str, name: str = "") -> Urdf:
+def urdf(folder: Path, text: str, name: str = "") -> RobotDescription:
     """A model of a file in a folder as links and joints; it must have no errors."""
-    element, findings = converted(folder, text, name)
-    assert element is not None, [error.render() for error in findings.errors]
-    found = read_urdf(element, packages(folder), findings)
+    found, findings = converted(folder, text, name)
     assert found is not None, [error.render() for error in findings.errors]
     return found
 
 
 def errors(folder: Path, text: str, name: str = "") -> list[str]:
     """The errors of a file, each with its line."""
-    element, findings = converted(folder, text, name)
-    assert element is None
+    found, findings = converted(folder, text, name)
+    assert found is None
     return [f"{error.span.line if error.span else 0}: {error.message}" for error in findings.errors]

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.descriptions.sdf.sdf_values import SdfError, to_rpy
-from graphengine.devices.rotation import from_rpy, multiply
+from graphengine.descriptions.sdf.sdf_values import SdfError
+from graphengine.devices.rotation import from_rpy, multiply, to_rpy
 from tests.descriptions.sdf.harness import document, frame, joint, link, model, place, pose, scope, six
 
 QUARTER = math.pi / 2

@@ -7,16 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.descriptions.robot_description import Joint
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from graphengine.devices.rotation import Vector3, compose, from_rpy, rotate
 from tests.descriptions.sdf.harness import BALL, converted, document, errors, joint, link, model, pose, urdf
+from tests.physics.harness import SCENE, Project
 
 QUARTER = math.pi / 2
 TWO = link("base") + link("arm", pose(0, 0, 1))
 
 
-def only_joint(folder: Path, content: str, version: str = "1.9") -> UrdfJoint:
+def only_joint(folder: Path, content: str, version: str = "1.9") -> Joint:
     """The only joint of a model."""
     (found,) = urdf(folder, document(model(content), version)).joints.values()
     return found
@@ -48,6 +49,15 @@ def test_elements_of_a_link_may_be_relative_to_any_frame(tmp_path: Path) -> None
     content = link("base", f'<collision name="c">{pose(0, 0, 1, relative_to="f")}{BALL}</collision>')
     found = urdf(tmp_path, document(model(content + f'<frame name="f">{pose(2)}</frame>')))
     assert found.links["base"].colliders[0].pose == ((2.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
+
+
+def test_a_pose_keeps_its_quaternion(tmp_path: Path) -> None:
+    """Roll, pitch and yaw would be the same rotation, with other last digits."""
+    quaternion = (0.5, -0.1, 0.7, 0.5)
+    assert math.hypot(*quaternion) == 1.0
+    placed = f"<pose rotation_format='quat_xyzw'>0 0 1 {' '.join(map(str, quaternion))}</pose>"
+    text = document(model(link("base", f'<collision name="c">{placed}{BALL}</collision>')))
+    assert urdf(tmp_path, text).links["base"].colliders[0].pose == ((0.0, 0.0, 1.0), quaternion)
 
 
 def test_masses_are_placed_by_their_pose(tmp_path: Path) -> None:
@@ -127,6 +137,21 @@ def test_colours_are_diffuse_and_transparent(tmp_path: Path) -> None:
     text = document(model(link("base", f'<visual name="v">{BALL}{material}</visual>')))
     (visual,) = urdf(tmp_path, text).links["base"].element.all("visual")
     assert [part.get("rgba") for part in visual.walk() if part.tag == "color"] == ["0.1 0.2 0.3 0.5"]
+
+
+@pytest.mark.parametrize(
+    ("shape", "said"),
+    [
+        ("<box><size>1 -1 1</size></box>", "main.sdf:5:1: error S106: MuJoCo: size 1 must be positive in geom"),
+        ("<sphere><radius>0</radius></sphere>", "main.sdf:5:31: note N103: a shape with a size of 0 is left out"),
+    ],
+)
+def test_findings_of_the_compiler_name_the_line_of_the_file(project: Project, shape: str, said: str) -> None:
+    collision = f'\n\n<collision name="c"><geometry>{shape}</geometry></collision>'
+    project.write("main.sdf", document(model(link("base", collision))))
+    project.write("scene.yaml", SCENE.replace("bot.yaml", "main.sdf"))
+    texts = [finding.render().replace(f"{project.folder}/", "") for finding in project.try_load()[1].items]
+    assert any(text.startswith(said) for text in texts), texts
 
 
 # Joints
@@ -351,6 +376,8 @@ def test_one_of_several_models_must_be_chosen(tmp_path: Path) -> None:
 def test_names_must_be_unique(tmp_path: Path) -> None:
     assert errors(tmp_path, document(model(link("a") + link("a")))) == ["3: two links named 'a'"]
     assert errors(tmp_path, document(model(link("a") + "<link/>"))) == ["3: a link without a name"]
+    nested = link("a::b") + "\n" + model(link("b"), "a") + joint("j", "a::b", "__model__")
+    assert errors(tmp_path, document(model(nested), "1.6"))[0] == "4: two links named 'a::b'"
 
 
 @pytest.mark.parametrize(
@@ -364,6 +391,16 @@ def test_names_must_be_unique(tmp_path: Path) -> None:
         (turning("<xyz>0 0</xyz>"), "xyz must be 3 numbers, not '0 0'"),
         (turning("<xyz>0 0 1</xyz>", "<upper>nan</upper>"), "upper must be a number, not 'nan'"),
         (joint("j", "base", "arm", "<pose>1 2 3</pose>"), "pose must be 6 numbers in m and rad, not '1 2 3'"),
+        (
+            turning("<xyz>0 0 1</xyz><dynamics><damping>-2</damping></dynamics>"),
+            "joint 'j': damping and friction must be numbers of at least 0",
+        ),
+        (link("hand", mass=-3.0), "link 'hand': the mass -3.0 is not a number of at least 0 (kg)"),
+        (
+            turning('<xyz>0 0 1</xyz><mimic joint="j"><multiplier>2</multiplier></mimic>'),
+            "joint 'j' mimics itself",
+        ),
+        (joint("j", "base", "arm") + joint("k", "base", "arm"), "link 'arm' has two parents"),
     ],
 )
 def test_mistakes_are_reported_with_their_lines(tmp_path: Path, content: str, message: str) -> None:

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from graphengine.descriptions.earth import earth_of
 from graphengine.descriptions.sdf.sdf_shells import THICKNESS
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.loaded_world import LoadedWorld
@@ -161,6 +162,24 @@ def test_visuals_are_seen_and_colliders_are_felt(tmp_path: Path) -> None:
     assert found.geom_group[0] != found.geom_group[1]
 
 
+def test_a_world_keeps_its_place_on_earth(tmp_path: Path) -> None:
+    numbers = {"latitude_deg": 47.38, "longitude_deg": 8.54, "elevation": 408.0, "heading_deg": 30.0}
+    tags = "".join(f"<{tag}>{number}</{tag}>" for tag, number in numbers.items())
+    frame = "<surface_model>EARTH_WGS84</surface_model><world_frame_orientation>ENU</world_frame_orientation>"
+    found = compiled(tmp_path, f"<spherical_coordinates>{frame}{tags}</spherical_coordinates>")
+    assert earth_of(found) == tuple(numbers.values())
+    assert earth_of(compiled(tmp_path)) is None
+
+
+def test_a_place_on_the_moon_is_left_out_with_a_warning(tmp_path: Path) -> None:
+    moon = "<spherical_coordinates><surface_model>MOON_SCS</surface_model></spherical_coordinates>"
+    loaded, findings = world(tmp_path, moon)
+    assert earth_of(loaded.simulation.model) is None
+    assert [(each.code, each.message) for each in findings.items] == [
+        ("W302", "the place of the world is left out: surface_model 'MOON_SCS' is not EARTH_WGS84")
+    ]
+
+
 def test_gravity_and_lights(tmp_path: Path) -> None:
     lamp = '<light name="lamp" type="spot"><pose>1 2 3 1.5707963267948966 0 0</pose><diffuse>.5 .6 .7 1</diffuse>'
     lamp += (
@@ -255,6 +274,14 @@ def test_a_convex_mesh_and_a_moving_mesh_are_one_collider_each(tmp_path: Path) -
         (model(STATIC + link("l", collision(BOX.replace("2 1", "2")))), "size must be 3 numbers, not '2 0.5'"),
         ('<light name="l" type="laser"/>', "unknown light type 'laser'"),
         ("<gravity>down</gravity>", "gravity must be 3 numbers, not 'down'"),
+        (
+            "<spherical_coordinates><latitude_deg>95</latitude_deg></spherical_coordinates>",
+            "latitude_deg must be from -90 to 90, not 95",
+        ),
+        (
+            "<spherical_coordinates><elevation>high</elevation></spherical_coordinates>",
+            "elevation must be a number, not 'high'",
+        ),
         ("<include><uri>model://nowhere</uri></include>", "no model 'model://nowhere'"),
     ],
 )

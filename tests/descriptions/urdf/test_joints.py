@@ -59,7 +59,9 @@ def test_the_centre_of_mass_covers_all_links_in_the_frame_of_the_root(project: P
     project.write("bot.urdf", robot(base.format(0.1), arm.format(0.4), turned))
     world, findings = project.robot("base_link: base\nfixed_base: true").load_with_findings()
     assert findings.errors == []
-    assert world.robots["bot"].urdf.centre_of_mass() == pytest.approx(((9 * 0.1 + 3 * 1.0) / 12, 3 * 0.4 / 12, 0.0))
+    assert world.robots["bot"].description.centre_of_mass() == pytest.approx(
+        ((9 * 0.1 + 3 * 1.0) / 12, 3 * 0.4 / 12, 0.0)
+    )
 
 
 def test_joints_that_mimic_each_other_in_a_ring_are_reported(project: Project) -> None:
@@ -162,7 +164,7 @@ def test_a_world_link_with_colliders_is_part_of_the_world(project: Project) -> N
 def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project: Project) -> None:
     project.cart("</robot>", f'<link name="odom"/>{joint("odom_joint", "floating", "odom", "base_link")}</robot>')
     world, findings = project.load_with_findings()
-    assert world.robots["bot"].urdf.root == "base_link"
+    assert world.robots["bot"].description.root == "base_link"
     assert world.simulation.model.nv == 7
     (note,) = findings.items
     assert note.message.startswith(

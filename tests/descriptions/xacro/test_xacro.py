@@ -65,13 +65,13 @@ def description(project: Project, inside: str) -> Project:
 def test_arguments_includes_macros_conditions_and_yaml(cart: Project) -> None:
     world = cart.load()
     robot = world.robots["bot"]
-    assert list(robot.urdf.links) == ["base_link", "left_wheel", "right_wheel"]
+    assert list(robot.description.links) == ["base_link", "left_wheel", "right_wheel"]
     assert robot.wheel_radii == {"left_wheel_joint": 0.1, "right_wheel_joint": 0.1}
     assert [joint.pose[0] for joint in robot.moving] == [(0, 0.25, 0), (0, -0.25, 0)]
     assert "xacro" not in robot.urdf_text
     cart.write("bot.yaml", "robot: bot\nurdf: bot.urdf.xacro\nxacro_arguments: {radius: 0.2, camera: true}\n")
     robot = cart.load().robots["bot"]
-    assert list(robot.urdf.links)[-1] == "camera"
+    assert list(robot.description.links)[-1] == "camera"
     assert robot.wheel_radii["left_wheel_joint"] == 0.2
 
 

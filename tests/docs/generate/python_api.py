@@ -18,7 +18,8 @@ After `import graphengine as ge`, the names of the first section begin with `ge.
 """
 _MODULES = {
     "graphengine": "Scenes, sessions, robots and topics.",
-    "graphengine.bringup": "Maps of scenes, localizability and calibration, as in `ge.bringup.calibrate(scene)`.",
+    "graphengine.bringup": "Maps of scenes, localizability and calibration, after `from graphengine import bringup`.",
+    "graphengine.api.gym": "Environments for Gymnasium, with the extra `gym`, as in `ge.gym.SceneEnv(scene, …)`.",
     "graphengine.node": "Classes with which you write your own node types.",
     "graphengine.testing": "Tools for tests of nodes and graphs.",
 }

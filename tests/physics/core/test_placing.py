@@ -15,7 +15,7 @@ from graphengine.devices.rotation import Pose, compose, from_rpy, multiply
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import PhysicsError
 from graphengine.format.spec import RobotUse
-from graphengine.physics.core.held_bodies import PlacedBody
+from graphengine.physics.handles.motion_handles import PlacedBody
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
@@ -221,4 +221,4 @@ def test_a_held_body_stays_held_when_robots_are_spawned_and_removed(project: Pro
     loaded.add("third", RobotUse(use="bot.yaml", position=(-4.0, 0.0, 0.1)))
     steps(simulation, 60)
     assert pose(simulation, "/bot/base_link") == there
-    assert [body.prim_path for body in simulation.held] == ["/bot/Geometry/base_link"]
+    assert list(simulation.held) == ["/bot/Geometry/base_link"]

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from graphengine.descriptions.engine import OWN, mujoco
+from graphengine.physics.ray_casting.casters import GROUPS_SEEN
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
-from graphengine.physics.ray_casting.rays import GROUPS_SEEN
 
 Floats = NDArray[np.float64]
 

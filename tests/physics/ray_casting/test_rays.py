@@ -17,8 +17,9 @@ from graphengine.descriptions.engine import mujoco, sort_geoms
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.ray_casting.casters import Caster
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
-from graphengine.physics.ray_casting.rays import Caster, RaysChoice, select_rays
+from graphengine.physics.ray_casting.rays import RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.harness import SHIPPED, steps

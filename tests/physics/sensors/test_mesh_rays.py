@@ -96,7 +96,7 @@ def test_every_ray_finds_the_first_triangle_bit_for_bit(name: str, seed: int, ce
 
 @needs_numba
 def test_packets_are_divided_when_their_rays_do_not_agree() -> None:
-    from graphengine.physics.ray_casting.fast import kernel, mesh_tree
+    from graphengine.physics.ray_casting.fast import kernel, mesh_tree, mesh_walk
     from graphengine.physics.ray_casting.fast.rays import FastRays
 
     model, data = land(60, np.random.default_rng(2).uniform(0, 1, 61**2))
@@ -109,7 +109,7 @@ def test_packets_are_divided_when_their_rays_do_not_agree() -> None:
         way = np.stack([angle * np.arange(16), np.zeros(16), np.full(16, -1.0)], axis=1)
         lanes[:3, :16] = turn.T @ (way / np.linalg.norm(way, axis=1)[:, None]).T
         stack[0]["node"] = 0
-        whole = kernel._walk_mesh(rays.triangles, rays.corners, stack, lanes, start, 0, 16, 0, 1, kernel.TESTS)
-        few = kernel._walk_mesh(rays.triangles, rays.corners, stack, lanes, start, 0, 4, 1, whole, kernel.TESTS)
+        whole = mesh_walk._walk_mesh(rays.triangles, rays.corners, stack, lanes, start, 0, 16, 0, 1, mesh_walk.TESTS)
+        few = mesh_walk._walk_mesh(rays.triangles, rays.corners, stack, lanes, start, 0, 4, 1, whole, mesh_walk.TESTS)
         left.append((whole > 1, few > whole))
     assert left == [(False, False), (True, False), (True, True)]

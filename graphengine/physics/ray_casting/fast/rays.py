@@ -15,13 +15,13 @@ from graphengine.descriptions.engine import Floats, Indices, mujoco
 from graphengine.format.process_limits import has_address_space
 from graphengine.physics.kernels.compiled import announced, kept_in
 from graphengine.physics.kernels.optional_kernels import ADDRESS_SPACE
+from graphengine.physics.ray_casting.casters import Integers, visible_geoms
 from graphengine.physics.ray_casting.fast.kernel import cast
 from graphengine.physics.ray_casting.fast.mesh_tree import new_stack
 from graphengine.physics.ray_casting.fast.table import GEOM, MESH, PLANE, enclose, follow
 from graphengine.physics.ray_casting.fast.tree import NODE, Tree, build
 from graphengine.physics.ray_casting.fast.triangles import count_triangles, triangle_trees
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
-from graphengine.physics.ray_casting.rays import Integers, visible_geoms
 
 ENDLESS = 1e9
 """Half the side length of the bounding box of an infinite plane, m."""
@@ -63,7 +63,7 @@ def why_not(model: mujoco.MjModel) -> str:
 
 
 class FastRays:
-    """Ray casting by compiled kernels; implements `sensors.rays.Rays`."""
+    """Ray casting by compiled kernels; implements `casters.Rays`."""
 
     name = "fast"
 
@@ -102,7 +102,7 @@ class FastRays:
 
 
 class FastCaster:
-    """Casts the rays of one sensor by compiled kernels; implements `sensors.rays.Caster`."""
+    """Casts the rays of one sensor by compiled kernels; implements `casters.Caster`."""
 
     def __init__(self, rays: FastRays, directions: Floats, far: float, own: OwnColliders) -> None:
         self._rays = rays

@@ -1,0 +1,174 @@
+"""Reads mobile bases from controllers of ros2_control, and from drive plugins of Gazebo Sim and Gazebo classic."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from functools import partial
+
+from graphengine.bringup.robots.base import Base, given
+from graphengine.bringup.robots.base_names import CONTROLLERS, MILLISECONDS, PLUGINS, REAR_STEERED
+from graphengine.bringup.robots.controllers_file import Controller
+from graphengine.bringup.robots.gazebo_topics import legal
+from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_files.draft import Draft, no_joint
+from graphengine.format.wording import printable
+
+
+def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base | None:
+    """Return the base of the first controller that drives a base; None if no controller does.
+
+    Bases that cannot be used, and bases after the first one, are added to `draft.lost`.
+    """
+    chosen: Base | None = None
+    for controller in (each for each in controllers if each.kind in CONTROLLERS):
+        read = CONTROLLERS[controller.kind].read(partial(_joints, controller), partial(_positive, controller))
+        base = read.of_source(controller.title, controller.span, _general(controller))
+        if reason := f"{chosen.source} drives the base" if chosen is not None else _flaw(draft, base):
+            draft.lose(f"{base.source}: {reason}", base.span)
+            continue
+        chosen = base
+        if not controller.flag("enable_odom_tf", default=True):
+            draft.lose(
+                f"{base.source}: enable_odom_tf is false, but the graph publishes the transform odom -> base", base.span
+            )
+    return chosen
+
+
+def _general(controller: Controller) -> dict[str, float | str]:
+    """Return the odometry frame and command timeout of a controller, as parameters of the graph."""
+    frame, timeout = next(iter(controller.texts("odom_frame_id")), None), controller.positive("cmd_vel_timeout")
+    if timeout is not None and controller.kind == MILLISECONDS:
+        timeout /= 1000.0
+    return given(odom_frame=frame, timeout=timeout)
+
+
+def _joints(controller: Controller, *names: str) -> tuple[str, ...]:
+    if not controller.flag("front_steering", default=True):
+        names = tuple(REAR_STEERED.get(name, name) for name in names)
+    return tuple(dict.fromkeys(controller.texts(*names)))
+
+
+def _positive(controller: Controller, *names: str) -> float | None:
+    """Return the first positive number in these parameters; limits may be negative, or disabled by another parameter."""
+    for name in names:
+        axis, _, limit = name.rpartition(".max_")
+        if not axis:
+            return controller.positive(*names)
+        switch = "acceleration" if limit == "deceleration" else limit
+        value = abs(controller.number(name) or 0.0)
+        if value and controller.flag(f"{axis}.has_{switch}_limits", default=True):
+            return value
+    return None
+
+
+def base_of_plugins(draft: Draft) -> Base | None:
+    """Return the base of the first usable drive plugin; None if there is none.
+
+    Topics that other plugins set, such as odometry_publisher, replace those of the drive plugin.
+    """
+    base: Base | None = None
+    topics: dict[str, float | str] = {}
+    for plugin, told in _plugins(draft):
+        if "planar_move" in told:
+            draft.use(plugin)
+            draft.pushed = True
+            draft.lose("plugin planar_move: it pushes the base without turning its wheels", plugin.span)
+        elif "joint_state_publisher" in told or "jointstatepublisher" in told:
+            draft.use(plugin)
+            topics |= given(joint_states=_topic(plugin, "joint_states", "topic"))
+        elif "odometry_publisher" in told or "odometrypublisher" in told:
+            draft.use(plugin)
+            topics |= given(odom=_topic(plugin, "odom", "odom_topic"), odom_frame=_first(plugin, "odom_frame") or None)
+        else:
+            names = next((names for pattern, names in PLUGINS.items() if re.search(pattern, told)), None)
+            if names is None or base is not None:
+                continue
+            read = names.read(partial(_texts, plugin), partial(_number, plugin))
+            read = read.of_source(_source(plugin), plugin.span, _topics(plugin))
+            draft.use(plugin)
+            if reason := _flaw(draft, read):
+                draft.lose(f"{read.source}: {reason}", plugin.span)
+            else:
+                base = read
+    return base.with_parameters(topics) if base is not None else None
+
+
+def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
+    """Return topics from the remappings of Gazebo's ros2_control plugin, as parameters of the base's graph."""
+    found: dict[str, float | str] = {}
+    for plugin, told in _plugins(draft):
+        if "ros2_control" in told or "ros2control" in told:
+            command = [_remapped(plugin, f"~/{name}") for name in ("cmd_vel_unstamped", "cmd_vel", "reference")]
+            odometry = [_remapped(plugin, f"~/{name}") for name in ("odom", "odometry")]
+            found |= given(
+                cmd_vel=legal(next(filter(None, command), "")) or None,
+                odom=legal(next(filter(None, odometry), "")) or None,
+                joint_states=legal(_remapped(plugin, "joint_states")) or None,
+            )
+    return found
+
+
+def _plugins(draft: Draft) -> Iterator[tuple[Element, str]]:
+    """Yield each plugin, with its file name and name in lower case."""
+    for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
+        told = f"{plugin.get('filename')} {plugin.get('name')}".lower()
+        yield plugin, told.replace("-publisher", "_publisher")
+
+
+def _source(plugin: Element) -> str:
+    name = plugin.get("name").rpartition("::")[2] or plugin.get("filename")
+    return printable(f"Gazebo's plugin {name}")
+
+
+def _texts(element: Element, *tags: str) -> tuple[str, ...]:
+    return tuple(child.text for tag in tags for child in element.all(tag) if child.text)
+
+
+def _first(plugin: Element, *tags: str) -> str:
+    return next(iter(_texts(plugin, *tags)), "")
+
+
+def _number(plugin: Element, *tags: str) -> float | None:
+    """Return the magnitude of the first nonzero number in the elements with these tags; None without such a number."""
+    values = (number(text) for text in _texts(plugin, *tags))
+    return next((abs(value) for value in values if value), None)
+
+
+def _topics(plugin: Element) -> dict[str, float | str]:
+    return given(
+        cmd_vel=_topic(plugin, "cmd_vel", "topic", "command_topic", "commandTopic"),
+        odom=_topic(plugin, "odom", "odom_topic", "odometry_topic", "odometryTopic"),
+        odom_frame=_first(plugin, "frame_id", "odometry_frame", "odometryFrame").rpartition("/")[2] or None,
+    )
+
+
+def _topic(plugin: Element, name: str, *tags: str) -> str | None:
+    """Return the topic in one of a plugin's tags, or to which the plugin remaps its topic `name`; None without either.
+
+    A plugin of Gazebo classic may have a namespace, which is put before each name that does not begin with `/`.
+    """
+    written = _first(plugin, *tags) or _remapped(plugin, name)
+    spaces = [text for ros in plugin.all("ros") for text in _texts(ros, "namespace")]
+    space = legal(next(iter(spaces), "") or _first(plugin, "robotNamespace"))
+    if space and not written.startswith("/"):
+        written = f"{space}/{written or name}"
+    return legal(written) or None
+
+
+def _remapped(plugin: Element, name: str) -> str:
+    """Return the new name that a `<remapping>` of a plugin gives to `name`; empty if the name is not remapped."""
+    elements = (each for ros in plugin.all("ros") for tag in ("remapping", "argument") for each in ros.all(tag))
+    remappings = (element.text.partition(":=") for element in elements)
+    return next((new.strip() for old, _, new in remappings if old.strip() == name), "")
+
+
+def _flaw(draft: Draft, base: Base) -> str:
+    """Return the reason why the joints of a base cannot drive it; empty if they can."""
+    joints = draft.description.joints
+    for name in (*base.driven, *base.steering):
+        if name not in joints:
+            return no_joint(draft.description, name)
+        if not joints[name].moves:
+            return f"joint {printable(name)!r} is fixed"
+    return "" if base.driven else "it names no wheels"

@@ -1,0 +1,38 @@
+"""Reads the place of an SDF world on Earth."""
+
+from __future__ import annotations
+
+from graphengine.descriptions.earth import EARTH
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_values import SdfError, number_at, text_at, written
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import printable
+
+_MOST = {"latitude_deg": 90.0, "longitude_deg": 180.0, "elevation": 1e5, "heading_deg": 360.0}
+"""Maximum magnitude of each number, degrees and m."""
+_ONLY = {"surface_model": "EARTH_WGS84", "world_frame_orientation": "ENU"}
+"""Only legal text of each tag; other surfaces and orientations are not supported."""
+
+
+def earth_at(world: Element, findings: Findings) -> list[Element]:
+    """Return the MJCF `<custom>` element with the place of an SDF world; an empty list if the world has no place on Earth.
+
+    Raises:
+        SdfError: a number is not legal.
+    """
+    found = world.first("spherical_coordinates")
+    if found is None:
+        return []
+    for tag, legal in _ONLY.items():
+        if (text := text_at(found, tag) or legal) != legal:
+            what = f"the place of the world is left out: {tag} {printable(text[:60])!r} is not {legal}"
+            findings.add("W302", what, (found.first(tag) or found).span)
+            return []
+    numbers = {key: number_at(found, key, default=0.0) for key in _MOST}
+    for key, number in numbers.items():
+        if abs(number) > (most := _MOST[key]):
+            raise SdfError(
+                f"{key} must be from -{most:g} to {most:g}, not {number:g}", (found.first(key) or found).span
+            )
+    numeric = Element("numeric", {"name": EARTH, "data": written(*numbers.values())}, found.span)
+    return [Element("custom", {}, found.span, [numeric])]
