@@ -18,11 +18,12 @@ from graphengine.format.version import __version__ as __version__
 TYPE_CHECKING = False  # the name that type checkers know; `typing` takes longer to import than all else here
 if TYPE_CHECKING:
     from graphengine.api import gym as gym
+    from graphengine.api.bodies import Body as Body
+    from graphengine.api.bodies import Pose as Pose
+    from graphengine.api.bodies import Velocity as Velocity
     from graphengine.api.mujoco_objects import MujocoObjects as MujocoObjects
     from graphengine.api.robots import Joint as Joint
-    from graphengine.api.robots import Pose as Pose
     from graphengine.api.robots import Robot as Robot
-    from graphengine.api.robots import Velocity as Velocity
     from graphengine.api.scene import GraphInfo as GraphInfo
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
@@ -32,7 +33,17 @@ if TYPE_CHECKING:
     from graphengine.api.session_control import Checkpoint as Checkpoint
     from graphengine.api.topics import Publication as Publication
     from graphengine.api.topics import Subscription as Subscription
+    from graphengine.experiments.expectations import always as always
+    from graphengine.experiments.expectations import count as count
+    from graphengine.experiments.expectations import holds as holds
+    from graphengine.experiments.expectations import latency as latency
+    from graphengine.experiments.expectations import never as never
+    from graphengine.experiments.expectations import rate as rate
+    from graphengine.experiments.expectations import settles as settles
+    from graphengine.experiments.expectations import until as until
+    from graphengine.experiments.expectations import within as within
     from graphengine.format.diagnostics import CheckError as CheckError
+    from graphengine.format.errors import ExpectationError as ExpectationError
     from graphengine.format.errors import GraphError as GraphError
     from graphengine.format.errors import NodeError as NodeError
     from graphengine.format.errors import PhysicsError as PhysicsError
@@ -51,11 +62,24 @@ _MODULES = {
     "api.session_control": ("Checkpoint",),
     "api.topics": ("Subscription", "Publication"),
     "api.mujoco_objects": ("MujocoObjects",),
-    "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
+    "api.bodies": ("Body", "Pose", "Velocity"),
+    "api.robots": ("Robot", "Joint"),
     "api.sensors": ("RobotSensor",),
     "api.gym": ("gym",),
+    "experiments.expectations": (
+        "always",
+        "count",
+        "holds",
+        "latency",
+        "never",
+        "rate",
+        "settles",
+        "until",
+        "within",
+    ),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (
+        "ExpectationError",
         "GraphError",
         "NodeError",
         "PhysicsError",

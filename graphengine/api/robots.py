@@ -9,6 +9,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.api.bodies import Body
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
 from graphengine.api.sensors import RobotSensor, find_sensors
@@ -22,32 +23,6 @@ from graphengine.messages.names import full_topic, join_namespaces
 
 Targets = Mapping[str, float] | Sequence[float] | NDArray[np.float64]
 """Targets of joints: a mapping by joint name, or numbers in the order of the argument `joints`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """Position and orientation of a body.
-
-    Attributes:
-        position: position in the world frame, m.
-        orientation: orientation in the world frame as a quaternion (x, y, z, w).
-    """
-
-    position: Vector3
-    orientation: Quaternion
-
-
-@dataclass(frozen=True, slots=True)
-class Velocity:
-    """Linear and angular velocity of a body.
-
-    Attributes:
-        linear: velocity of the body's origin in the world frame, m/s.
-        angular: angular velocity in the world frame, rad/s.
-    """
-
-    linear: Vector3
-    angular: Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,30 +40,14 @@ class Joint:
     effort: float
 
 
-class Robot:
+class Robot(Body):
     """A robot of a session; each property returns its value in the current tick. `Session.robots` has all robots by name.
+
+    Its pose and velocity are those of the base link.
 
     Attributes:
         name: name of the robot in the scene.
     """
-
-    def __init__(self, runner: Runner, name: str) -> None:
-        self._runner = runner
-        self.name = name
-
-    @property
-    @reading
-    def pose(self) -> Pose:
-        """Pose of the base link in the world frame: position in m, orientation as a quaternion (x, y, z, w)."""
-        state = self._runner.session.services.world.entities.state(self.name)
-        return Pose(state.position, state.orientation)
-
-    @property
-    @reading
-    def velocity(self) -> Velocity:
-        """Velocity of the base link in the world frame, m/s and rad/s."""
-        state = self._runner.session.services.world.entities.state(self.name)
-        return Velocity(state.linear_velocity, state.angular_velocity)
 
     @property
     @reading

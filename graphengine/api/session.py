@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
 from graphengine.api.expecting import Check
@@ -119,41 +119,60 @@ class Session(SessionWorld):
 
     # Expectations
 
-    @acting
-    def expect(self, begin: Callable[[Session], C]) -> C:
-        """Judge the run from now on, after each tick, and return the check.
+    @overload
+    def expect(self, begin: Callable[[Session], C], /) -> C: ...
+    @overload
+    def expect(self, *begin: Callable[[Session], C]) -> tuple[C, ...]: ...
+    def expect(self, *begin: Callable[[Session], Any]) -> Any:
+        """Judge the run from now on, after each tick, and return the check; a tuple of checks for several expectations.
 
-        >>> arrives = sim.expect(always("port('dd100/joint_states/ComputeOdom.position')[0] < 0.5"))
+        >>> slow = sim.expect(ge.always("port('dd100/joint_states/ComputeOdom.position')[0] < 0.5"))
         >>> sim.run(1.0, until=sim.decided)
         False
-        >>> arrives.outcome
+        >>> slow.outcome
         'open'
 
         Args:
-            begin: an expectation of `graphengine.experiments`, or another function that returns a check of a session.
+            begin: expectations such as `ge.always(…)`, or other functions that return a check of a session.
 
         Raises:
-            UsageError: a condition of the expectation is not legal, or names what the session does not have.
+            UsageError: a condition of an expectation is not legal, or names what the session does not have.
         """
-        check = begin(self)
-        self._runner.publications[check] = None
-        self._checks.append(check)
-        return check
+        self._judge(begin)
+        added = tuple(self._checks[-len(begin) :]) if begin else ()
+        return added[0] if len(begin) == 1 else added
+
+    @acting
+    def _judge(self, begin: Sequence[Callable[[Session], Check]]) -> None:
+        checks = [start(self) for start in begin]
+        self._runner.after_ticks.update(dict(zip(checks, checks, strict=True)))
+        self._checks.extend(checks)
 
     def decided(self, _: object = None) -> bool:
-        """Return whether all expectations are decided, or one of them is not met: an argument `until` for `run`."""
+        """Return whether all expectations are decided, or one of them is not met: an argument `until` for `run`.
+
+        >>> drives = sim.expect(ge.within(5.0, "velocity('dd100').linear[0] > 0.4"))
+        >>> drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
+        >>> sim.run(10.0, until=sim.decided)
+        True
+        """
         outcomes = {check.outcome for check in self._checks}
         return bool(outcomes) and ("open" not in outcomes or bool(outcomes & {"failed", "error"}))
 
     def judge(self) -> None:
         """End all expectations: what was not decided yet is decided now.
 
+        >>> check = sim.expect(ge.always("tilt('dd100') < 0.1"))
+        >>> sim.run(1.0)
+        True
+        >>> sim.judge()
+
         Raises:
             ExpectationError: an expectation is not met or could not be judged; the message reports all of these.
         """
         for check in self._checks:
             check.end()
-            self._runner.publications.pop(check, None)
+            self._runner.after_ticks.pop(check, None)
         missed = [check.report() for check in self._checks if check.outcome != "passed"]
         if missed:
             raise ExpectationError("\n".join(missed))

@@ -40,8 +40,8 @@ class SessionWorld(SessionControl):
     def body(self, name: str) -> Body:
         """Return access to the pose, velocity and contacts of a robot, an object or another prim.
 
-        >>> sim.body("/dd100/Geometry/base_link/chassis_link/sim_lidar").pose.position[2] > 0.2
-        True
+        >>> round(sim.body("/dd100/Geometry/base_link/chassis_link/sim_lidar").pose.position[2], 2)
+        0.16
 
         Args:
             name: name of a robot or object, or the path of a prim.

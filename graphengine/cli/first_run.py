@@ -13,7 +13,7 @@ from graphengine.format.errors import GraphError
 from graphengine.format.wording import printable
 
 if TYPE_CHECKING:
-    from graphengine.api.robots import Pose
+    from graphengine.api.bodies import Pose
     from graphengine.api.session import Session
     from graphengine.physics.model.robot import RobotInstance
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import graphengine as ge
-from graphengine.api.robots import Pose
+from graphengine.api.bodies import Pose
 from tests.bringup.robots.descriptions import INERTIA
 from tests.bringup.robots.imported_bases import (
     DIFFERENTIAL,

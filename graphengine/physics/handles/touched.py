@@ -22,7 +22,7 @@ def topmost_bodies(model: mujoco.MjModel, prim: Prim) -> list[int]:
     return [body for body in topmost if model.body(body).name.startswith(f"{prim.entity_name}/")]
 
 
-class TouchedGeoms(Handle):
+class TouchedGeoms(Handle["SimulationCore"]):
     """The geoms that touch an entity in at least one physics step of the present tick, floors included.
 
     Attributes:
