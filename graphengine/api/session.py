@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
+from graphengine.api.calls import Goal, ServiceCall, call_service
 from graphengine.api.expecting import Check
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
 from graphengine.api.session_world import SessionWorld
-from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
+from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.api.values import plain, read_only
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.format.wording import did_you_mean, listing
@@ -244,3 +245,47 @@ class Session(SessionWorld):
             UsageError: no graph uses the service and `type` is missing, or the graphs use another type.
         """
         return call_service(self._runner, service, request, timeout, type)
+
+    @acting
+    def start_call(self, service: str, request: Any, type: str | None = None) -> ServiceCall:
+        """Call a service without waiting for the response, which arrives while ticks run; close the call at the end.
+
+        >>> sim.start_call("/set_bool", {"data": True})  # doctest: +SKIP
+
+        Args:
+            service: full name of the service.
+            request: mapping of fields, or a request message; None only looks for a server.
+            type: name of the service type; needed if no graph uses the service.
+
+        Raises:
+            MessageError: the request does not match its type.
+            UsageError: no graph uses the service and `type` is missing, or the graphs use another type.
+        """
+        return ServiceCall(self._runner, service, request, type)
+
+    @acting
+    def send_goal(self, action: str, goal: Any, type: str | None = None) -> Goal:
+        """Send a goal of an action, which is executed while ticks run; close the goal at the end.
+
+        >>> sim.send_goal("/navigate_to_pose", {}, "nav2_msgs/action/NavigateToPose")  # doctest: +SKIP
+
+        Args:
+            action: full name of the action.
+            goal: mapping of fields, or a goal message.
+            type: name of the action type; needed if no graph uses the action.
+
+        Raises:
+            MessageError: the goal does not match its type.
+            UsageError: no graph uses the action and `type` is missing, or the graphs use another type.
+        """
+        return Goal(self._runner, action, goal, type)
+
+    @reading
+    def nodes(self) -> list[str]:
+        """Return the full names of the ROS nodes of other programs that are known so far, sorted.
+
+        >>> sim.nodes()  # the transport `memory` has no other programs
+        []
+        """
+        transport = self._runner.network.transport(0)
+        return sorted({node.name for node in transport.graph().nodes} - {transport.node})

@@ -1,4 +1,4 @@
-"""Subscriptions, publications and service calls with which a program talks to the graphs of a session."""
+"""Subscriptions and publications with which a program talks to the graphs of a session."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from graphengine.api.guards import HasRunner, acting
 from graphengine.api.runner import AfterTick, Runner
-from graphengine.format.errors import TransportError, UsageError
+from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages import messages
 from graphengine.messages.checked_encoder import CheckedEncoder
@@ -38,7 +38,7 @@ class Subscription(Generic[M]):
     def __init__(self, runner: Runner, topic: str, type: MessageType, keep: int) -> None:
         if keep < 1:
             raise UsageError(f"keep: expected at least 1 message, got {keep}")
-        self.topic, transport, claims, self.type = _find(runner, topic, type, ("publish", "subscribe"))
+        self.topic, transport, claims, self.type = find_end(runner, topic, type, ("publish", "subscribe"))
         self._definitions = runner.scene.definitions
         self._kept: deque[bytes] = deque(maxlen=keep)
         self._arrived = 0
@@ -126,11 +126,11 @@ class Publication(AfterTick):
         if every is not None and not every > 0.0:
             raise UsageError(f"every: expected a time above 0 s, got {every!r}")
         given = messages.message_type(message) if type is None and not isinstance(message, dict) else type
-        self.topic, transport, claims, self.type = _find(
+        self.topic, transport, claims, self.type = find_end(
             runner, topic, given, ("subscribe", "publish"), known=type is None
         )
         self.every = every
-        self._data = _encoded(runner, message, self.type)
+        self._data = encoded(runner, message, self.type)
         self._writer = _writer(runner, self.topic, self.type, transport, claims)
         self._runner = runner
         self._begin = self._last = runner.session.clock.frame
@@ -162,35 +162,7 @@ class Publication(AfterTick):
         return f"<Publication {self.topic} ({self.type}), {f'every {self.every:g} s' if self.every else 'once'}>"
 
 
-def call_service(runner: Runner, service: str, request: Any, timeout: float, type: str | None) -> Any:
-    """Call a service, run ticks until the response arrives, and return it. The arguments are those of `Session.call`."""
-    service, transport, _, service_type = _find(runner, service, type, ("serve", "call"))
-    definitions = runner.scene.definitions
-    request_type, response_type = definitions.service_parts(service_type)
-    data = _encoded(runner, request, request_type)
-    answers: list[bytes] = []
-    client = transport.client(service, service_type, QoS(), lambda number, answer: answers.append(answer))
-    sent = False
-
-    def ask(_: object) -> bool:
-        nonlocal sent
-        if not sent and client.ready:
-            sent = True
-            client.call(data)
-        return not answers
-
-    try:
-        ask(None)
-        runner.run(timeout, None, ask)
-    finally:
-        client.close()
-    if not answers:
-        why = "" if sent else f"\n  there is no server of type {service_type}"
-        raise TransportError(f"{service}: no response within {timeout:g} s of simulation{why}")
-    return messages.decode(answers[0], response_type, definitions)
-
-
-def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
+def encoded(runner: Runner, message: Any, message_type: str) -> bytes:
     """Return a message as CDR data; `message` is a message object or a mapping of its fields.
 
     Raises:
@@ -217,7 +189,7 @@ def _writer(
     return runner.writers[key]
 
 
-def _find(
+def find_end(
     runner: Runner, name: str, given: MessageType, directions: Sequence[str], *, known: bool = False
 ) -> tuple[str, Transport, list[EndpointClaim], str]:
     """Return the full name of a topic or service, its transport, the claims of nodes that use it, and its type.

@@ -23,7 +23,7 @@ def key_docs(model: type[BaseModel]) -> Mapping[str, str]:
             docs = {name: text for name, text in docs.items() if name not in inspect.get_annotations(base)}
             docs |= _docs_in(base.__module__).get(base.__name__, {})
     docs |= {name: field.description for name, field in model.model_fields.items() if field.description}
-    return {name: docs[name] for name in model.model_fields if name in docs}
+    return {field.alias or name: docs[name] for name, field in model.model_fields.items() if name in docs}
 
 
 @functools.cache

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import MAX_ERRORS, Findings
@@ -103,7 +104,7 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
     )
     if kind == "extra_forbidden":
         models = _models_at(model, location[:-1])
-        legal = [key for found in models for key in found.model_fields]
+        legal = [key for found in models for key in keys_of(found)]
         hint = "set port values under `inputs:`" if NodeSpec in models else ""
         near = findings.guess(name, legal)
         advice = (near,) if near else (listing(legal, "keys"), hint)
@@ -128,10 +129,15 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
         whole = value is not None and isinstance(value.data, dict)
         findings.add(code, message, document.key_span(*location) if whole else document.span(*location))
     else:
-        legal = [key for found in _models_at(model, location) for key in found.model_fields]
+        legal = [key for found in _models_at(model, location) for key in keys_of(found)]
         empty = "write the value of the key, or remove the key" if error["input"] is None else ""
         meaning = _description(model, location) or (listing(legal, "keys") if legal else "")
         findings.add(code, message, document.span(*location), meaning, empty)
+
+
+def keys_of(model: type[BaseModel]) -> Mapping[str, FieldInfo]:
+    """Return the fields of a spec by their keys in a file, such as `for` of a field `for_`."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def _name(location: Location) -> str:
@@ -156,7 +162,7 @@ def _annotations_at(annotation: Any, location: Location) -> list[Any]:
     if not location:
         return [annotation]
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        known = annotation.model_fields.get(str(location[0]))
+        known = keys_of(annotation).get(str(location[0]))
         return _annotations_at(known.annotation, location[1:]) if known else []
     if origin in (dict, tuple):
         return _annotations_at(arguments[1] if origin is dict else arguments[0], location[1:])

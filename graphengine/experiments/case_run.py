@@ -1,0 +1,219 @@
+"""Runs one case of a scenario and returns its result."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from graphengine.api.scene_loading import load
+from graphengine.api.session import Session
+from graphengine.experiments.domains import free_domain
+from graphengine.experiments.expectations import ExpectationCheck
+from graphengine.experiments.programs import Programs
+from graphengine.experiments.scenario import Case, Scenario
+from graphengine.experiments.steps import Stage, Ticks, perform_all
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import GraphError
+
+Result = Literal["passed", "failed", "error", "skipped"]
+LOOK = 0.1
+"""Simulation time between two looks at the programs that a scenario started, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class CheckResult:
+    """The result of one expectation.
+
+    Attributes:
+        text: the expectation.
+        place: its place, `FILE:LINE`.
+        outcome: `open` if the run ended with an error before it was decided.
+        robustness: distance from the other outcome, in the unit of the condition; NaN if it had no value.
+        decided: simulation time of the decision, s; None if it was not decided.
+        report: outcome and reason, in several lines.
+    """
+
+    text: str
+    place: str
+    outcome: str
+    robustness: float
+    decided: float | None
+    report: str
+
+
+@dataclass(slots=True)
+class CaseResult:
+    """The result of one run of a case.
+
+    Attributes:
+        name: name of the case.
+        parameters: values of the matrix.
+        seed: seed of the run.
+        outcome: `error` if the run could not be made or judged.
+        reason: why it was skipped or could not be made; empty otherwise.
+        checks: results of the expectations, in the order of the file.
+        time: simulation time at the end, s.
+    """
+
+    name: str
+    parameters: Mapping[str, Any]
+    seed: int
+    outcome: Result = "error"
+    reason: str = ""
+    checks: list[CheckResult] = field(default_factory=list)
+    time: float = 0.0
+
+    def report(self) -> str:
+        """Return the reason or the reports of the expectations that did not pass."""
+        lines = [self.reason] if self.reason else []
+        lines += [f"{check.place}: {check.report}" for check in self.checks if check.outcome in ("failed", "error")]
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CaseOptions:
+    """How cases are run.
+
+    Attributes:
+        record: file for a recording of the run; None records nothing.
+        programs: whether scenarios may start programs.
+        scripts: whether graphs may run the Python code of their ScriptNodes.
+        outputs: folder for the outputs of started programs; None keeps none.
+        watch: called with the session before the first tick.
+    """
+
+    record: Path | None = None
+    programs: bool = False
+    scripts: bool = False
+    outputs: Path | None = None
+    watch: Callable[[Session], object] = lambda session: None
+
+
+def run_case(scenario: Scenario, case: Case, options: CaseOptions = CaseOptions(), *, run: int = 0) -> CaseResult:  # noqa: B008
+    """Run a case once and return its result; a mistake in the files is an outcome, not an exception.
+
+    Args:
+        scenario: the scenario.
+        case: one of its cases.
+        options: how it is run.
+        run: number of the run, which is added to the seed.
+    """
+    result = CaseResult(case.name, case.parameters, case.seed + run)
+    missing = [name for name in scenario.spec.requires if not _is_there(name)]
+    if missing:
+        result.outcome, result.reason = "skipped", f"requires {', '.join(missing)}"
+        return result
+    try:
+        with ExitStack() as closing:
+            _run(scenario, case, options, result, closing)
+    except CheckError as error:
+        result.outcome, result.reason = "error", str(error)
+    except GraphError as error:
+        result.outcome, result.reason = "error", f"{scenario.path}: {error}"
+    return result
+
+
+def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResult, closing: ExitStack) -> None:
+    spec, environ = scenario.spec, dict(os.environ)
+    transport = spec.transport or ("auto" if spec.starts_programs else "memory")
+    domain = None
+    if transport != "memory":
+        domain = closing.enter_context(free_domain())
+        environ["ROS_DOMAIN_ID"] = str(domain)
+    scene = load(scenario.scene, set=case.settings, allow_scripts=options.scripts)
+    session = closing.enter_context(
+        scene.session(
+            transport=transport, seed=result.seed, domain=domain, record=options.record, force=options.record is not None
+        )
+    )
+    outputs = options.outputs or Path(closing.enter_context(tempfile.TemporaryDirectory(prefix="graphengine-")))
+    programs = Programs(scenario.path.parent, environ, outputs, options.programs)
+    closing.callback(programs.close)
+    play = _Play(scenario, Stage(session, programs))
+    try:
+        options.watch(session)
+        play.begin()
+        session.run(spec.stop.after, until=play.advance)
+        play.end()
+    except GraphError as error:
+        result.reason = f"{play.place}: {error}"
+    result.time = session.time
+    result.checks = play.results()
+    outcomes = {check.outcome for check in result.checks}
+    if not result.reason and play.unfinished and "failed" not in outcomes:
+        result.reason = f"{play.place}: the run ended at {session.time:.3f} s before this step did"
+    result.outcome = "error" if result.reason or "error" in outcomes else "failed" if "failed" in outcomes else "passed"
+
+
+class _Play:
+    """The expectations and the steps of one run."""
+
+    def __init__(self, scenario: Scenario, stage: Stage) -> None:
+        self._scenario, self._stage = scenario, stage
+        self._checks: list[ExpectationCheck] = []
+        self._steps: Ticks = iter(())
+        self._looked = 0.0
+        self.unfinished = True
+        self.place = str(scenario.path)
+        """Place of the present expectation or step."""
+
+    def begin(self) -> None:
+        """Begin to judge, and prepare the first step."""
+        for index, entry in enumerate(self._scenario.spec.expect):
+            self.place = self._scenario.place("expect", index)
+            self._checks.append(self._stage.session.expect(entry.expectation()))
+        self._steps = self._perform()
+
+    def _perform(self) -> Ticks:
+        for index, step in enumerate(self._scenario.spec.do):
+            self.place = self._scenario.place("do", index)
+            yield from perform_all([step], self._stage)
+        self.unfinished = False
+        self.place = str(self._scenario.path)
+
+    def advance(self, session: Session) -> bool:
+        """Continue the steps between two ticks; return whether the run is over."""
+        if session.decided():
+            return True
+        self._stage.end_publications()
+        if self.unfinished:
+            next(self._steps, None)
+        if abs(session.time - self._looked) >= LOOK:
+            self._looked = session.time
+            self._stage.programs.check()
+        return not self._checks and not self.unfinished
+
+    def end(self) -> None:
+        """Decide what is open."""
+        self._stage.programs.check()
+        for check in self._checks:
+            check.end()
+
+    def results(self) -> list[CheckResult]:
+        """Return the results of all expectations."""
+        return [
+            CheckResult(
+                check.expectation.text,
+                self._scenario.place("expect", index),
+                check.outcome,
+                check.verdict.robustness,
+                check.verdict.decided,
+                check.report(),
+            )
+            for index, check in enumerate(self._checks)
+        ]
+
+
+def _is_there(name: str) -> bool:
+    """Return whether a Python package or a program of this name is installed."""
+    try:
+        return importlib.util.find_spec(name) is not None or shutil.which(name) is not None
+    except (ImportError, ValueError):
+        return shutil.which(name) is not None

@@ -1,0 +1,93 @@
+"""Programs that a scenario starts, such as a controller under test."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from graphengine.format.errors import GraphError, UsageError
+
+GRACE = 5.0
+"""Time that a program gets to end after SIGINT and again after SIGTERM, s, before it is killed."""
+LAST = 2000
+"""Number of characters of a program's output in an error."""
+
+
+class ProgramError(GraphError):
+    """A program of a scenario could not be started, or ended with an error during the run."""
+
+
+class Programs:
+    """The programs of one run; each is the leader of a process group, which ends with it.
+
+    Args:
+        folder: working folder of the programs.
+        environ: their environment variables.
+        outputs: folder for their outputs, `1-NAME.txt` and so on.
+        allowed: whether programs may be started.
+    """
+
+    def __init__(self, folder: Path, environ: Mapping[str, str], outputs: Path, allowed: bool) -> None:
+        self._folder = folder
+        self._environ = environ
+        self._outputs = outputs
+        self._allowed = allowed
+        self._running: list[tuple[str, Path, subprocess.Popen[bytes]]] = []
+
+    def start(self, command: Sequence[str]) -> Iterator[None]:
+        """Start a program; the next step begins at once.
+
+        Raises:
+            ProgramError: the program cannot be started.
+            UsageError: programs are not allowed.
+        """
+        if not self._allowed:
+            raise UsageError(f"start {command[0]}: a scenario may start programs only with --allow-programs")
+        output = self._outputs / f"{len(self._running) + 1}-{Path(command[0]).name}.txt"
+        try:
+            with output.open("wb") as file:
+                process = subprocess.Popen(
+                    list(command),
+                    cwd=self._folder,
+                    env=dict(self._environ),
+                    stdin=subprocess.DEVNULL,
+                    stdout=file,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
+        except OSError as error:
+            raise ProgramError(f"start {' '.join(command)}: {error.strerror or error}") from None
+        self._running.append((" ".join(command), output, process))
+        return iter(())
+
+    def check(self) -> None:
+        """Raise ProgramError if a program has ended with another exit code than 0."""
+        for command, output, process in self._running:
+            if process.poll():
+                text = output.read_text(encoding="utf-8", errors="replace").strip()[-LAST:]
+                code = process.returncode
+                how = f"exit code {code}" if code > 0 else f"signal {signal.Signals(-code).name}"
+                raise ProgramError(f"{command}: ended with {how}\n  " + "\n  ".join(text.splitlines() or ["no output"]))
+
+    def close(self) -> None:
+        """End all programs with their children: by SIGINT, then SIGTERM, then SIGKILL. Safe to call twice."""
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            for _, _, process in self._running:
+                self._signal(process, number)
+            for _, _, process in self._running:
+                try:
+                    process.wait(GRACE if number != signal.SIGKILL else None)
+                except subprocess.TimeoutExpired:
+                    continue
+        self._running.clear()
+
+    @staticmethod
+    def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+        if process.poll() is None or number == signal.SIGKILL:
+            try:
+                os.killpg(process.pid, number)
+            except ProcessLookupError:
+                pass

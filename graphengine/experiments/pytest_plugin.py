@@ -1,0 +1,164 @@
+"""The pytest plugin: collects `*.scenario.yaml`, one test for each case, and gives tests a fixture `session`.
+
+This module is imported by each start of pytest in an environment with graphengine; the parts of graphengine are imported when
+pytest finds a scenario or a test uses the fixture.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from graphengine.api.session import Session
+    from graphengine.experiments.case_run import CaseResult
+    from graphengine.experiments.scenario import Case, Scenario
+
+SUFFIX = ".scenario.yaml"
+
+
+class ScenarioError(Exception):
+    """A scenario file has errors, or a run could not be made or judged."""
+
+
+class ScenarioFailure(AssertionError):
+    """A run did not meet an expectation."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options of scenarios."""
+    group = parser.getgroup("graphengine", "scenarios of graphengine")
+    group.addoption("--record-failures", metavar="DIR", type=Path, help="folder for recordings and reports of failed runs")
+    group.addoption("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
+    group.addoption(
+        "--allow-scenario-scripts", action="store_true", help="let graphs run the Python code of their ScriptNodes"
+    )
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Collect scenario files."""
+    return ScenarioFile.from_parent(parent, path=file_path) if file_path.name.endswith(SUFFIX) else None
+
+
+class ScenarioFile(pytest.File):
+    """A scenario file."""
+
+    def collect(self) -> Iterator[pytest.Item]:
+        """Return a test for each case of the matrix."""
+        from graphengine.experiments.scenario import read_scenario
+        from graphengine.format.diagnostics import Findings
+
+        findings = Findings()
+        scenario = read_scenario(self.path, findings)
+        if scenario is None:
+            raise ScenarioError("\n".join(map(str, findings.sorted())))
+        for case in scenario.cases():
+            yield ScenarioItem.from_parent(self, name=case.name, scenario=scenario, case=case)
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException]) -> Any:
+        """Return the findings, without the traceback of the plugin."""
+        return str(excinfo.value) if isinstance(excinfo.value, ScenarioError) else super().repr_failure(excinfo)
+
+
+class ScenarioItem(pytest.Item):
+    """One case of a scenario. The run is made in the setup, so that JUnit tells an error from a failure."""
+
+    def __init__(self, *, scenario: Scenario, case: Case, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self._scenario = scenario
+        self._case = case
+        self._failure = ""
+
+    def setup(self) -> None:
+        """Make the runs of the case."""
+        from graphengine.experiments.artefacts import run_and_keep
+
+        super().setup()
+        spec = self._scenario.spec
+        results = []
+        for run in range(spec.runs):
+            results.append(run_and_keep(self._scenario, self._case, self._options(), self._folder(), run=run))
+            if results[-1].outcome == "skipped":
+                pytest.skip(results[-1].reason)
+        self._note(results)
+        errors = [result for result in results if result.outcome == "error"]
+        if errors:
+            raise ScenarioError(errors[0].report())
+        passed = sum(result.outcome == "passed" for result in results)
+        if passed < (spec.runs if spec.pass_ is None else spec.pass_):
+            failed = next(result for result in results if result.outcome == "failed")
+            self._failure = "\n".join(filter(None, [_share(passed, spec.runs), failed.report()]))
+
+    def runtest(self) -> None:
+        """Raise ScenarioFailure if too few runs passed."""
+        if self._failure:
+            raise ScenarioFailure(self._failure)
+
+    def _note(self, results: list[CaseResult]) -> None:
+        """Add the seeds and robustnesses of the first run to the report and to the JUnit file."""
+        first = results[0]
+        self.user_properties.append(("seed", first.seed))
+        self.user_properties += [(f"robustness: {check.text}", check.robustness) for check in first.checks]
+        if first.domain is not None:
+            self.add_report_section("setup", "graphengine", f"ROS domain {first.domain}\n")
+
+    def _options(self) -> Any:
+        from graphengine.experiments.case_run import CaseOptions
+
+        options = self.config.option
+        return CaseOptions(programs=options.allow_programs, scripts=options.allow_scenario_scripts)
+
+    def _folder(self) -> Path | None:
+        folder = self.config.option.record_failures
+        return Path(folder, re.sub(r"[^\w.=+-]", "_", self._case.name)) if folder is not None else None
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Return what was not met, without the traceback of the plugin."""
+        if isinstance(excinfo.value, ScenarioError | ScenarioFailure):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Return file, line and name of the test."""
+        return self.path, 0, self.name
+
+
+def _share(passed: int, runs: int) -> str:
+    from graphengine.experiments.statistics import wilson_interval
+
+    if runs == 1:
+        return ""
+    low, high = wilson_interval(passed, runs)
+    return f"{passed} of {runs} runs passed; with a confidence of 95 %, {low:.1%} to {high:.1%} of all runs pass"
+
+
+@pytest.fixture
+def session() -> Iterator[Callable[..., Session]]:
+    """Return a function that loads a scene and starts a session, with the arguments of `testing.session`.
+
+        def test_it_stays(session):
+            sim = session("dd100_flat", seed=1)
+            sim.expect(ge.always("tilt('dd100') < 0.1"))
+            sim.run(2.0)
+
+    At the end of the test, the expectations of its sessions are judged, and the sessions are closed.
+    """
+    from contextlib import ExitStack
+
+    from graphengine.testing.sessions import session as start
+
+    with ExitStack() as closing:
+        started: list[Session] = []
+
+        def make(source: Any, **arguments: Any) -> Session:
+            started.append(closing.enter_context(start(source, **arguments)))
+            return started[-1]
+
+        yield make
+        for one in started:
+            one.judge()

@@ -1,0 +1,171 @@
+"""Scenario files: a scene, what happens in it, and what is expected; and their cases, one for each combination of the matrix."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from graphengine.experiments.durations import Period
+from graphengine.experiments.expectation_specs import ExpectationSpec
+from graphengine.experiments.steps import StepSpec
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import UsageError
+from graphengine.format.legal_names import Name
+from graphengine.format.spec import FileSpec, Format
+from graphengine.format.spec_reader import Loaded, read
+
+SUFFIX = ".scenario.yaml"
+MAX_CASES = 100_000
+"""Maximum number of cases of one file."""
+SEED = "seed"
+"""Key of the matrix that sets the seed of all random generators."""
+
+
+class StopSpec(FileSpec):
+    """When a run ends at the latest; it ends earlier when all expectations are decided, or one has failed."""
+
+    after: Period = 60.0
+    """Simulation time."""
+
+
+class ScenarioSpec(FileSpec):
+    """A scenario file."""
+
+    format: Format = 1
+    scenario: Name
+    """Name of the scenario."""
+    doc: str = ""
+    """Description for readers of the file."""
+    scene: str
+    """Scene: a file, relative to this file, or the name of a scene of the package, such as dd100_warehouse."""
+    seed: int = 0
+    """Seed of all random generators."""
+    set: dict[str, Any] = {}
+    """Values of inputs by address `[robot/][graph/]Node.port`, as the option `--set` of `graphrun run`."""
+    matrix: dict[str, Annotated[tuple[Any, ...], Field(strict=False)]] = {}
+    """Values to vary: lists by `seed`, or by the address of an input; each combination is a case of its own."""
+    runs: int = Field(default=1, ge=1, le=MAX_CASES, description="Number of runs of each case, with successive seeds.")
+    pass_: int | None = Field(
+        default=None, alias="pass", ge=1, description="Number of runs that must pass; default: all."
+    )
+    requires: tuple[str, ...] = Field(default=(), strict=False)
+    """Python packages and programs without which the scenario is skipped, such as rclpy or nav2_bt_navigator."""
+    transport: Literal["memory", "auto", "dds", "rclpy"] | None = None
+    """Network of the session; default: `auto` if a step starts a program, else `memory`, without a network."""
+    do: tuple[StepSpec, ...] = Field(default=(), strict=False)
+    """Steps, executed one after the other."""
+    expect: tuple[ExpectationSpec, ...] = Field(default=(), strict=False)
+    """What is expected of the run."""
+    stop: StopSpec = StopSpec()
+    """When the run ends, as {after: 30s}."""
+
+    @model_validator(mode="after")
+    def _can_fail(self) -> ScenarioSpec:
+        if not self.expect and not self.do:
+            raise ValueError("the scenario has neither steps (`do`) nor expectations (`expect`)")
+        empty = [name for name, values in self.matrix.items() if not values]
+        if empty:
+            raise ValueError(f"matrix: {empty[0]!r} has no values")
+        if self.pass_ is not None and self.pass_ > self.runs:
+            raise ValueError(f"pass: {self.pass_} of {self.runs} runs cannot pass")
+        return self
+
+    @property
+    def starts_programs(self) -> bool:
+        """Whether a step starts a program."""
+        steps: list[Any] = list(self.do)
+        for step in self.do:
+            steps += itertools.chain(*(step.parallel or ()))
+        return any(step.start is not None for step in steps)
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One combination of a scenario's matrix.
+
+    Attributes:
+        name: name such as `stops_before_the_pallet[0-0.6]`, as pytest writes the values of parameters.
+        parameters: values of the matrix by key.
+        seed: seed of the first run.
+        settings: values of inputs by address.
+    """
+
+    name: str
+    parameters: dict[str, Any]
+    seed: int
+    settings: dict[str, Any]
+
+
+class Scenario:
+    """A scenario file without errors.
+
+    Args:
+        loaded: content of the file, with the positions of its entries.
+    """
+
+    def __init__(self, loaded: Loaded[ScenarioSpec]) -> None:
+        self.spec = loaded.spec
+        self.document = loaded.document
+        self.path = loaded.document.path
+
+    @property
+    def scene(self) -> str:
+        """Path of the scene, or its name if it belongs to the package."""
+        beside = self.path.parent / self.spec.scene
+        return str(beside) if beside.is_file() else self.spec.scene
+
+    def place(self, *location: str | int) -> str:
+        """Return the place of an entry, as `FILE:LINE`."""
+        return f"{self.path}:{self.document.span(*location).line}"
+
+    def cases(self) -> Iterator[Case]:
+        """Return the cases, in the order in which pytest runs the parameters of a test."""
+        keys = list(self.spec.matrix)
+        for values in itertools.product(*self.spec.matrix.values()):
+            parameters = dict(zip(keys, values, strict=True))
+            label = "-".join(
+                _shown(key, value, self.spec.matrix[key].index(value)) for key, value in parameters.items()
+            )
+            seed = parameters.get(SEED, self.spec.seed)
+            varied = {key: value for key, value in parameters.items() if key != SEED}
+            name = f"{self.spec.scenario}[{label}]" if keys else self.spec.scenario
+            yield Case(name, parameters, seed, {**self.spec.set, **varied})
+
+
+def read_scenario(path: str | os.PathLike[str], findings: Findings) -> Scenario | None:
+    """Read and check a scenario file; return None after errors, which are added to `findings` with their positions."""
+    loaded = read(ScenarioSpec, path, findings)
+    if loaded is None:
+        return None
+    scenario, spec = Scenario(loaded), loaded.spec
+    number = 1
+    for values in spec.matrix.values():
+        number *= len(values)
+    if number * spec.runs > MAX_CASES:
+        text = f"matrix: {number * spec.runs} runs; at most {MAX_CASES} are possible"
+        findings.add("G105", text, loaded.document.key_span("matrix"))
+    for value in spec.matrix.get(SEED, ()):
+        if type(value) is not int:
+            findings.add("G108", f"seed: expected whole numbers, got {value!r}", loaded.document.span("matrix", SEED))
+    for index, expectation in enumerate(spec.expect):
+        try:
+            expectation.expectation()
+        except UsageError as error:
+            findings.add("G109", str(error), loaded.document.span("expect", index))
+    return scenario if not findings.errors else None
+
+
+def find_scenarios(path: Path) -> list[Path]:
+    """Return the scenario files below a folder, sorted, or the file itself."""
+    return sorted(path.rglob(f"*{SUFFIX}")) if path.is_dir() else [path]
+
+
+def _shown(key: str, value: Any, index: int) -> str:
+    """Return a value as pytest writes it in the name of a test."""
+    return str(value) if isinstance(value, str | int | float | bool) else f"{key.rpartition('.')[2]}{index}"

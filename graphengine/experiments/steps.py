@@ -1,0 +1,236 @@
+"""The steps of a scenario, which are executed one after the other between the ticks of a session.
+
+A step is executed by a generator, which yields once for each tick that the step lasts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field, create_model, field_validator, model_validator
+
+from graphengine.api.session import Session
+from graphengine.experiments.conditions import Condition
+from graphengine.experiments.durations import Duration, Period, seconds
+from graphengine.experiments.programs import Programs
+from graphengine.experiments.readings import readings_of
+from graphengine.experiments.waiting import WaitSpec
+from graphengine.format.errors import ExpectationError, UsageError
+from graphengine.format.spec import FileSpec
+from graphengine.format.spec_reader import keys_of
+from graphengine.format.wording import listing
+from graphengine.runtime.command import Command
+from graphengine.runtime.commands import COMMANDS
+
+Ticks = Iterator[None]
+
+_COMMANDS: Mapping[str, type[Command]] = {
+    name: kind for name, kind in COMMANDS.items() if kind.recorded and name not in ("stop", "restore", "checkpoint")
+}
+"""The commands of the step of the same name; those that affect the simulation."""
+
+
+@dataclass
+class Stage:
+    """What the steps of one run act on.
+
+    Attributes:
+        session: the session.
+        programs: the programs that steps start.
+        ending: for each publication with a duration, the time at which it ends, s, and the function that ends it.
+    """
+
+    session: Session
+    programs: Programs
+    ending: list[tuple[float, Callable[[], None]]] = field(default_factory=list)
+
+    def end_publications(self) -> None:
+        """End the publications whose time has come."""
+        now = self.session.time + 1e-9
+        for entry in [entry for entry in self.ending if entry[0] <= now]:
+            entry[1]()
+            self.ending.remove(entry)
+
+
+class PublishSpec(FileSpec):
+    """A message that is sent once or periodically; the next step begins at once."""
+
+    topic: str
+    """Full name of the topic."""
+    message: dict[str, Any]
+    """Fields of the message."""
+    type: str | None = None
+    """Message type; needed if no graph uses the topic."""
+    every: Period | None = None
+    """Period; default: the message is sent once."""
+    for_: Duration | None = Field(default=None, alias="for", description="Duration; default: to the end of the run.")
+
+    def perform(self, stage: Stage) -> Ticks:
+        """Send the message."""
+        session = stage.session
+        publication = session.publish(self.topic, self.message, self.every, self.type)
+        if self.for_ is not None:
+            stage.ending.append((session.time + self.for_, publication.close))
+        return iter(())
+
+
+class CallSpec(FileSpec):
+    """A service call; the next step begins after the response."""
+
+    service: str
+    """Full name of the service."""
+    request: dict[str, Any] = {}
+    """Fields of the request."""
+    type: str | None = None
+    """Service type; needed if no graph uses the service."""
+    response: dict[str, Any] = {}
+    """Fields that the response must have; another value is an error."""
+
+    def perform(self, stage: Stage) -> Ticks:
+        """Call the service and wait for the response."""
+        with stage.session.start_call(self.service, self.request, self.type) as call:
+            while not call.done:
+                yield
+        _check_fields(f"response of {self.service}", call.response, self.response)
+
+
+class ActionSpec(FileSpec):
+    """A goal of an action; the next step begins when the goal has ended."""
+
+    name: str
+    """Full name of the action."""
+    type: str | None = None
+    """Action type; needed if no graph uses the action."""
+    goal: dict[str, Any] = {}
+    """Fields of the goal."""
+    result: str = "succeeded"
+    """Status with which the goal must end: succeeded, canceled, aborted or rejected; another one is an error."""
+
+    def perform(self, stage: Stage) -> Ticks:
+        """Send the goal and wait for its end."""
+        with stage.session.send_goal(self.name, self.goal, self.type) as goal:
+            while not goal.done:
+                yield
+        if goal.status != self.result:
+            raise ExpectationError(f"action {self.name}: expected {self.result}, got {goal.status}")
+
+
+def _check_fields(what: str, message: Any, wanted: Mapping[str, Any]) -> None:
+    for name, value in wanted.items():
+        if not hasattr(message, name):
+            raise UsageError(f"{what}: no field {name!r}\n  {listing(message.__dataclass_fields__, 'fields')}")
+        found = getattr(message, name)
+        if isinstance(value, dict):
+            _check_fields(f"{what}.{name}", found, value)
+        elif found != value:
+            raise ExpectationError(f"{what}: expected {name} = {value!r}, got {found!r}")
+
+
+class _Step(FileSpec):
+    """A step: one key, which names what to do."""
+
+    COMMAND_KEYS: ClassVar[Mapping[str, type[Command]]] = _COMMANDS
+
+    publish: PublishSpec | None = None
+    """Message to send, as {topic: /cmd_vel, message: {linear: {x: 0.5}}, every: 0.1s, for: 20s}."""
+    wait: Duration | str | WaitSpec | None = None
+    """Duration, or condition such as `pose("dd100").position[1] > 8`, or what to wait for, as {topic: /scan}."""
+    call: CallSpec | None = None
+    """Service to call, as {service: /set_bool, request: {data: true}}."""
+    action: ActionSpec | None = None
+    """Goal to send, as {name: /navigate_to_pose, goal: {pose: …}}."""
+    start: Annotated[tuple[str, ...], Field(strict=False, min_length=1)] | None = None
+    """Program to start, with its arguments; it ends with the run. Only with `--allow-programs`."""
+
+    @field_validator("wait", mode="before")
+    @classmethod
+    def _duration_or_condition(cls, value: Any) -> Any:
+        try:
+            return seconds(value)
+        except ValueError:
+            return value
+
+    @model_validator(mode="before")
+    @classmethod
+    def _has_one_key(cls, value: Any) -> Any:
+        if isinstance(value, dict) and len(known := [key for key in value if key in keys_of(cls)]) > 1:
+            raise ValueError(f"a step has one key, got {' and '.join(map(repr, known))}; write them as separate steps")
+        if value == {}:
+            raise ValueError(f"expected a step; {listing(keys_of(cls), 'steps')}")
+        return value
+
+    def perform(self, stage: Stage) -> Ticks:
+        """Execute the step.
+
+        Raises:
+            ExpectationError: a call or a goal has another result than the expected one.
+            GraphError: the step cannot be executed.
+        """
+        (name,) = self.model_fields_set
+        given = getattr(self, name)
+        if isinstance(given, Command):
+            return self._command(stage, given)
+        if isinstance(given, float):
+            return _pass(stage.session, given)
+        if isinstance(given, str):
+            return _until(Condition(given, readings_of(stage.session)))
+        if name == "start":
+            return stage.programs.start(given)
+        steps: Ticks = given.perform(stage) if not isinstance(given, tuple) else perform_together(given, stage)
+        return steps
+
+    def _command(self, stage: Stage, command: Command) -> Ticks:
+        future = stage.session.submit(command.command_name(), command.model_dump(mode="json", exclude_unset=True))
+        while not future.done():
+            yield
+        future.result()
+
+
+def _command_fields() -> dict[str, Any]:
+    fields: dict[str, Any] = {}
+    for name, kind in _COMMANDS.items():
+        about = Field(default=None, alias=name, description=(kind.__doc__ or "").partition("\n")[0])
+        fields[name.replace("-", "_") + "_"] = (kind | None, about)
+    return fields
+
+
+PlainStep = create_model("PlainStep", __base__=_Step, __module__=__name__, **_command_fields())
+"""A step that is not `parallel`."""
+
+
+_Sequence = Annotated[tuple[PlainStep, ...], Field(strict=False)]  # type: ignore[valid-type]
+
+
+class StepSpec(PlainStep):  # type: ignore[valid-type, misc]
+    """A step, or several sequences of steps that are executed at the same time."""
+
+    parallel: Annotated[tuple[_Sequence, ...], Field(strict=False, min_length=1)] | None = None
+    """Lists of steps that are executed at the same time; the next step begins when all have ended."""
+
+
+def perform_all(steps: Any, stage: Stage) -> Ticks:
+    """Execute steps one after the other."""
+    for step in steps:
+        yield from step.perform(stage)
+
+
+def perform_together(sequences: Any, stage: Stage) -> Ticks:
+    """Execute sequences of steps at the same time."""
+    running = [perform_all(steps, stage) for steps in sequences]
+    while running:
+        running = [steps for steps in running if next(steps, stage) is not stage]
+        if running:
+            yield
+
+
+def _pass(session: Session, duration: float) -> Ticks:
+    end = session.time + duration - 1e-9
+    while session.time < end:
+        yield
+
+
+def _until(condition: Condition) -> Ticks:
+    while (sample := condition.sample()) is None or not sample.holds:
+        yield
