@@ -155,6 +155,18 @@ def explain(error: GraphError) -> str:
     return clean("\n".join([str(error), *dict.fromkeys(places[:1] + places[-1:])]))
 
 
+def check_suffix(path: Path, *suffixes: str) -> None:
+    """Check that the name of a file to write has one of the suffixes, so that a file of another kind is not overwritten.
+
+    Raises:
+        UsageError: the name has another suffix.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise UsageError(
+            f"{path}: the file's name must end in {suffixes[0]}; files with other endings are not overwritten"
+        )
+
+
 def counted(number: int, thing: str) -> str:
     """Return a number and a noun in the matching form: `1 graph`, `2 graphs`."""
     return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.common import add_file_arguments, clean, counted, load, print_findings
+from graphengine.cli.common import add_file_arguments, check_suffix, clean, counted, load, print_findings
 from graphengine.cli.options import add_flag
 from graphengine.format.atomic_write import write_together
-from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 from graphengine.format.wording import printable
 
@@ -77,11 +76,7 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     if not views:
         return 1
     path: Path = arguments.svg or arguments.html
-    if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
-        raise UsageError(
-            f"{path}: a drawing's name must end in {'.svg' if arguments.svg else '.html'}; "
-            "files with other endings are not overwritten"
-        )
+    check_suffix(path, *((".svg",) if arguments.svg else (".html", ".htm")))
     text = svg.draw(views) if arguments.svg else page.draw(views)
     write_together({path: text.encode()})
     print(clean(f"{near(str(path))}: {counted(len(views), 'graph')}"))

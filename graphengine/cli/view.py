@@ -14,8 +14,8 @@ from graphengine.format import interrupts
 
 if TYPE_CHECKING:
     from graphengine.cli.recorded_run import RecordedRun
-    from graphengine.recording.marks import Marks
     from graphengine.recording.player import RecordingPlayer
+    from graphengine.view.html.replay import ReplayLog
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,6 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from graphengine.cli.common import add_access_arguments, add_page_arguments
 
     parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
+    parser.add_argument(
+        "--html", metavar="FILE", type=Path, help="write the recording as one HTML file instead of serving a page"
+    )
     add_page_arguments(parser)
     add_access_arguments(parser)
     parser.set_defaults(against=None, set=[], seed=None, rays=None)  # a recording is shown with its own options
@@ -33,15 +36,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Serve the web page until Ctrl-C; return 0, or 1 if the recorded scene has errors."""
-    from graphengine.api.viewing import check_packages
-    from graphengine.cli.recorded_run import start_recorded_run
-    from graphengine.recording.marks import Marks
+    """Serve the web page until Ctrl-C, or write the HTML file; return 0, or 1 if the recorded scene has errors.
 
-    check_packages()
-    marks = Marks()
+    Raises:
+        UsageError: the file cannot be replayed, or the name of the file to write has the wrong suffix.
+    """
+    from graphengine.api.viewing import check_packages
+    from graphengine.cli.common import check_suffix
+    from graphengine.cli.recorded_run import start_recorded_run
+    from graphengine.view.html.replay import ReplayLog
+
+    log = ReplayLog()
+    if arguments.html is None:
+        check_packages()
+    else:
+        check_suffix(arguments.html, ".html", ".htm")
     with _interrupted_by_sigterm():
-        return start_recorded_run(arguments, lambda run: _view(arguments, run, marks), marks.log)
+        show = _view if arguments.html is None else _write_html
+        return start_recorded_run(arguments, lambda run: show(arguments, run, log), log.log)
 
 
 @contextlib.contextmanager
@@ -54,7 +66,27 @@ def _interrupted_by_sigterm() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
+def _write_html(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog) -> int:
+    from graphengine.cli.common import clean
+    from graphengine.cli.progress import progress
+    from graphengine.format.files import near
+    from graphengine.recording.player import RecordingPlayer
+    from graphengine.view.html.page import robot_plots, write_html
+    from graphengine.view.html.replay import sample_replay
+
+    recording, marks = run.recording, log.marks
+    session, network = run.runner.session, run.runner.network
+    with contextlib.closing(RecordingPlayer(session, network, recording, marks, run.warn)) as player:
+        with progress("replaying", lambda: recording.share_read, 1.0):
+            trace = sample_replay(player)
+        plots, title = robot_plots(trace), recording.path.name
+        write_html(trace, arguments.html, title=title, plots=plots, marks=marks.all, log=log.entries)
+        print(run.plain(_summary(player)), file=sys.stderr)
+    print(clean(f"{near(str(arguments.html))}: {arguments.html.stat().st_size / 1e6:.1f} MB"))
+    return 0
+
+
+def _view(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog) -> int:
     from graphengine.api.recording_view import Playback, open_recording_page, turn
     from graphengine.recording.player import RecordingPlayer
 
@@ -62,7 +94,9 @@ def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
         print(run.plain(text), file=sys.stderr, flush=True)
 
     runner, told = run.runner, False
-    with contextlib.closing(RecordingPlayer(runner.session, runner.network, run.recording, marks, run.warn)) as player:
+    with contextlib.closing(
+        RecordingPlayer(runner.session, runner.network, run.recording, log.marks, run.warn)
+    ) as player:
         playback = Playback(player)
         with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
             tell(f"see it: {feed.wait()}")

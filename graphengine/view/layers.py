@@ -67,12 +67,12 @@ class Layers:
         lidars, cameras = self._find_sensors()
         return SceneLayers(
             [
-                _mount(prim, rows, prim.frame_name)
+                mount_of(prim, rows, prim.frame_name)
                 for robot in services.stage.prims("robot")
                 for prim in robot.descendants()
                 if prim.kind not in NO_FRAMES
             ],
-            [SeenLidar(_mount(prim, rows), self._lidars[prim.path].directions.astype(np.float32)) for prim in lidars],
+            [SeenLidar(mount_of(prim, rows), self._lidars[prim.path].directions.astype(np.float32)) for prim in lidars],
             [_camera(prim, rows) for prim in cameras],
             list(self._entities(rows)),
             self._read_only,
@@ -95,7 +95,7 @@ class Layers:
             if entity.kind != "static" and parts:
                 mass = sum(world.mass(part) for part in parts)
                 bodies = [rows[part.body] for part in parts if part.body is not None]
-                yield SeenEntity(_mount(prim, rows, entity.name), entity.kind == "robot", bodies, mass)
+                yield SeenEntity(mount_of(prim, rows, entity.name), entity.kind == "robot", bodies, mass)
 
     def read(self, shown: Collection[str], now: float, tick: int) -> FrameLayers:
         """Return the data of one frame for the shown layers; hidden layers cost nothing.
@@ -132,7 +132,14 @@ def _one_of_each_rig(cameras: Iterable[Prim], read: Collection[str]) -> Sequence
     return list(chosen.values())
 
 
-def _mount(prim: Prim, rows: Mapping[str, int], name: str = "") -> Mount:
+def mount_of(prim: Prim, rows: Mapping[str, int], name: str = "") -> Mount:
+    """Return the frame of a prim, relative to the body that carries it.
+
+    Args:
+        prim: prim to which the frame belongs.
+        rows: row of each body in the array of poses, by name.
+        name: name of the frame; empty for the prim's path.
+    """
     body, pose = prim.carrier()
     return Mount(name or prim.path, rows.get(body or "", 0), pose)
 
@@ -140,4 +147,4 @@ def _mount(prim: Prim, rows: Mapping[str, int], name: str = "") -> Mount:
 def _camera(prim: Prim, rows: Mapping[str, int]) -> SeenCamera:
     width, height = prim.facts["size"]
     across = math.tan(math.radians(prim.facts["fov_deg"][0]) / 2)
-    return SeenCamera(_mount(prim, rows), 2 * math.atan(across * height / width), width / height)
+    return SeenCamera(mount_of(prim, rows), 2 * math.atan(across * height / width), width / height)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import logging
 import threading
 from pathlib import Path
@@ -10,6 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 import graphengine as ge
 from graphengine.api import video
@@ -173,7 +175,8 @@ def _(characters: int) -> bool:
 
 @limit("view.scene.shape_surfaces.LARGEST_TEXTURE")
 def _(pixels: int) -> bool:
-    return shape_surfaces._image(np.zeros((2, pixels, 3), np.uint8)).width == pixels
+    encoded = shape_surfaces.encoded_texture(np.zeros((2, pixels, 3), np.uint8))
+    return Image.open(io.BytesIO(encoded)).width == pixels
 
 
 # nodes

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import numpy as np
 from graphengine.devices.visible import Bodies, VisibleShape
 from graphengine.view.scene.carried import Carried
 from graphengine.view.scene.layer import Poses
-from graphengine.view.scene.shape_surfaces import is_textured, scale, surface, textured_surface
+from graphengine.view.scene.shape_surfaces import alike, is_textured, scale, surface, textured_surface
 
 if TYPE_CHECKING:
     import viser
@@ -52,20 +51,8 @@ class DrawnBodies:
     def draw(self, bodies: Bodies, chosen: Collection[int]) -> None:
         """Draw the bodies in the rows `chosen`; called after a reset of the viser scene."""
         self._root = self._scene.add_frame(self._path, show_axes=False, visible=self.shown)
-        groups: defaultdict[tuple[object, ...], list[VisibleShape]] = defaultdict(list)
-        for shape in bodies.shapes:
-            if shape.body not in chosen:
-                continue
-            form: tuple[object, ...]
-            if is_textured(shape, bodies):
-                form = (shape.kind, shape.mesh, shape.size, shape.texture, shape.repeats, shape.colour)
-            else:
-                # A box, sphere, ellipsoid or cylinder is a scaled unit shape; a capsule is not.
-                form = (shape.kind, shape.mesh, shape.size if shape.kind == "capsule" else ())
-            groups[form].append(shape)
-        self.batches = [
-            self._draw(f"{self._path}/{number}", shapes, bodies) for number, shapes in enumerate(groups.values())
-        ]
+        groups = alike((shape for shape in bodies.shapes if shape.body in chosen), bodies)
+        self.batches = [self._draw(f"{self._path}/{number}", shapes, bodies) for number, shapes in enumerate(groups)]
         self._last = None
 
     def update(self, poses: Poses) -> None:

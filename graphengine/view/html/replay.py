@@ -1,0 +1,43 @@
+"""Replays a recording for its page: samples the session, and collects the messages of nodes."""
+
+from __future__ import annotations
+
+from graphengine.recording.marks import LONGEST, Marks
+from graphengine.recording.player import RecordingPlayer
+from graphengine.view.html.page import LogEntry
+from graphengine.view.html.trace import Trace
+
+MAX_ENTRIES = 1000
+"""Maximum number of messages of nodes in the log."""
+
+
+class ReplayLog:
+    """Collects what nodes log in a replay: errors as marks, other messages as entries of the log.
+
+    Attributes:
+        marks: marks of the replay.
+        entries: the messages that are not errors.
+    """
+
+    def __init__(self) -> None:
+        self.marks = Marks()
+        self.entries: list[LogEntry] = []
+
+    def log(self, severity: str, node: str, text: str) -> None:
+        """Add a message. A session can use this method as its `log` function."""
+        self.marks.log(severity, node, text)
+        if severity != "error" and self.marks.tick and len(self.entries) < MAX_ENTRIES:
+            line = (f"{node}: {text}" if node else text).partition("\n")[0][:LONGEST]
+            self.entries.append(LogEntry(self.marks.tick, severity, line))
+
+
+def sample_replay(player: RecordingPlayer) -> Trace:
+    """Replay a recording to its end and return its samples."""
+    trace = Trace(player.session)
+    trace.sample(0)
+    while not player.complete:
+        before = player.built
+        player.build(0.0)
+        if player.built > before:
+            trace.sample(player.built, last=player.complete or player.built == player.length)
+    return trace
