@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 from graphengine.api.runner import Runner
 from graphengine.api.topics import encoded, find_end
@@ -12,8 +11,6 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.goals import STATUS_NAMES, parts
 from graphengine.ros.action_caller import ActionCaller
-
-GoalStatus = Literal["sent", "accepted", "rejected", "succeeded", "canceled", "aborted"]
 
 
 class ServiceCall:
@@ -110,8 +107,10 @@ class Goal:
         self.feedback = message
 
     @property
-    def status(self) -> GoalStatus:
-        """Status of the goal; reading this property sends a goal that is not sent yet.
+    def status(self) -> str:
+        """Status of the goal: `sent`, `rejected`, `accepted`, or the status with which it ended, such as `succeeded`.
+
+        Reading this property sends a goal that is not sent yet.
 
         Raises:
             TransportError: the server does not answer.
@@ -126,8 +125,7 @@ class Goal:
             return "rejected"
         if not self._call.result.done():
             return "accepted"
-        ended: GoalStatus = STATUS_NAMES[self._call.result.result().status]
-        return ended
+        return STATUS_NAMES[self._call.result.result().status]
 
     @property
     def done(self) -> bool:

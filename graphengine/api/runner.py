@@ -203,6 +203,11 @@ class Runner:
                 modules=modules,
             )
 
+    def mark(self, text: str) -> None:
+        """Add a verdict on the run to the recording, if there is one."""
+        if self._recorder is not None:
+            self._recorder.mark(text)
+
     def _end_recording(self, error: BaseException | None = None) -> None:
         """Close the recording, if there is one; `error` is stored in it as the reason for its end."""
         recorder, self._recorder = self._recorder, None

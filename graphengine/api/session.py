@@ -149,6 +149,14 @@ class Session(SessionWorld):
         self._runner.after_ticks.update(dict(zip(checks, checks, strict=True)))
         self._checks.extend(checks)
 
+    @reading
+    def mark(self, text: str) -> None:
+        """Put a mark into the recording at this tick, which the page and its time bar show; without a recording, do nothing.
+
+        >>> sim.mark("the pallet is in view")
+        """
+        self._runner.mark(text)
+
     def decided(self, _: object = None) -> bool:
         """Return whether all expectations are decided, or one of them is not met: an argument `until` for `run`.
 
@@ -161,7 +169,7 @@ class Session(SessionWorld):
         return bool(outcomes) and ("open" not in outcomes or bool(outcomes & {"failed", "error"}))
 
     def judge(self) -> None:
-        """End all expectations: what was not decided yet is decided now.
+        """End all expectations: what was not decided yet is decided now, unless another one has failed before.
 
         >>> check = sim.expect(ge.always("tilt('dd100') < 0.1"))
         >>> sim.run(1.0)
@@ -171,12 +179,19 @@ class Session(SessionWorld):
         Raises:
             ExpectationError: an expectation is not met or could not be judged; the message reports all of these.
         """
-        for check in self._checks:
-            check.end()
-            self._runner.after_ticks.pop(check, None)
-        missed = [check.report() for check in self._checks if check.outcome != "passed"]
+        self.end_expectations()
+        missed = [check.report() for check in self._checks if check.outcome in ("failed", "error")]
         if missed:
             raise ExpectationError("\n".join(missed))
+
+    @reading
+    def end_expectations(self) -> None:
+        """Decide all expectations that are open. After a failure they stay open: the run may have ended because of it."""
+        failed = any(check.outcome in ("failed", "error") for check in self._checks)
+        for check in self._checks:
+            if not failed:
+                check.end()
+            self._runner.after_ticks.pop(check, None)
 
     # Topics and services
 

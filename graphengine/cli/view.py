@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.quantities import seconds
 from graphengine.format import interrupts
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--html", metavar="FILE", type=Path, help="write the recording as one HTML file instead of serving a page"
     )
+    at = "simulation time from the start of the recording, s, that the page shows first"
+    parser.add_argument("--at", metavar="SECONDS", type=seconds, default=0.0, help=at)
     add_page_arguments(parser)
     add_access_arguments(parser)
     parser.set_defaults(against=None, set=[], seed=None, rays=None)  # a recording is shown with its own options
@@ -98,6 +101,7 @@ def _view(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog) -> in
         RecordingPlayer(runner.session, runner.network, run.recording, log.marks, run.warn)
     ) as player:
         playback = Playback(player)
+        playback.seek(round(arguments.at / runner.session.clock.delta))
         with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
             tell(f"see it: {feed.wait()}")
             with contextlib.suppress(KeyboardInterrupt):

@@ -12,13 +12,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from graphengine.api.run_options import Log
 from graphengine.api.scene_loading import load
 from graphengine.api.session import Session
 from graphengine.experiments.domains import free_domain
 from graphengine.experiments.expectations import ExpectationCheck
 from graphengine.experiments.programs import Programs
 from graphengine.experiments.scenario import Case, Scenario
-from graphengine.experiments.steps import Stage, Ticks, perform_all
+from graphengine.experiments.stage import Stage
+from graphengine.experiments.steps import Ticks, perform_all
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError
 
@@ -60,6 +62,8 @@ class CaseResult:
         reason: why it was skipped or could not be made; empty otherwise.
         checks: results of the expectations, in the order of the file.
         time: simulation time at the end, s.
+        kept: report of a run that did not pass; None if nothing was kept.
+        domain: ROS domain of the run; None without a network.
     """
 
     name: str
@@ -69,11 +73,14 @@ class CaseResult:
     reason: str = ""
     checks: list[CheckResult] = field(default_factory=list)
     time: float = 0.0
+    kept: Path | None = None
+    domain: int | None = None
 
     def report(self) -> str:
         """Return the reason or the reports of the expectations that did not pass."""
         lines = [self.reason] if self.reason else []
         lines += [f"{check.place}: {check.report}" for check in self.checks if check.outcome in ("failed", "error")]
+        lines += [f"kept: {self.kept}"] if self.kept is not None else []
         return "\n".join(lines)
 
 
@@ -86,17 +93,21 @@ class CaseOptions:
         programs: whether scenarios may start programs.
         scripts: whether graphs may run the Python code of their ScriptNodes.
         outputs: folder for the outputs of started programs; None keeps none.
+        log: receives the messages of nodes, as the argument of `Scene.session`; None logs them.
         watch: called with the session before the first tick.
+        at_end: called with the session and its expectations at the end of a run that did not pass, while the session is open.
     """
 
     record: Path | None = None
     programs: bool = False
     scripts: bool = False
     outputs: Path | None = None
+    log: Log | None = None
     watch: Callable[[Session], object] = lambda session: None
+    at_end: Callable[[Session, list[ExpectationCheck]], object] = lambda session, checks: None
 
 
-def run_case(scenario: Scenario, case: Case, options: CaseOptions = CaseOptions(), *, run: int = 0) -> CaseResult:  # noqa: B008
+def run_case(scenario: Scenario, case: Case, options: CaseOptions = CaseOptions(), *, run: int = 0) -> CaseResult:
     """Run a case once and return its result; a mistake in the files is an outcome, not an exception.
 
     Args:
@@ -125,12 +136,17 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     transport = spec.transport or ("auto" if spec.starts_programs else "memory")
     domain = None
     if transport != "memory":
-        domain = closing.enter_context(free_domain())
+        domain = result.domain = closing.enter_context(free_domain())
         environ["ROS_DOMAIN_ID"] = str(domain)
     scene = load(scenario.scene, set=case.settings, allow_scripts=options.scripts)
     session = closing.enter_context(
         scene.session(
-            transport=transport, seed=result.seed, domain=domain, record=options.record, force=options.record is not None
+            transport=transport,
+            seed=result.seed,
+            domain=domain,
+            record=options.record,
+            force=options.record is not None,
+            log=options.log,
         )
     )
     outputs = options.outputs or Path(closing.enter_context(tempfile.TemporaryDirectory(prefix="graphengine-")))
@@ -138,8 +154,8 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     closing.callback(programs.close)
     play = _Play(scenario, Stage(session, programs))
     try:
+        play.begin(traced=options.record is not None)
         options.watch(session)
-        play.begin()
         session.run(spec.stop.after, until=play.advance)
         play.end()
     except GraphError as error:
@@ -150,6 +166,8 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     if not result.reason and play.unfinished and "failed" not in outcomes:
         result.reason = f"{play.place}: the run ended at {session.time:.3f} s before this step did"
     result.outcome = "error" if result.reason or "error" in outcomes else "failed" if "failed" in outcomes else "passed"
+    if result.outcome != "passed":
+        options.at_end(session, play.checks)
 
 
 class _Play:
@@ -157,18 +175,19 @@ class _Play:
 
     def __init__(self, scenario: Scenario, stage: Stage) -> None:
         self._scenario, self._stage = scenario, stage
-        self._checks: list[ExpectationCheck] = []
+        self.checks: list[ExpectationCheck] = []
         self._steps: Ticks = iter(())
         self._looked = 0.0
         self.unfinished = True
         self.place = str(scenario.path)
         """Place of the present expectation or step."""
 
-    def begin(self) -> None:
-        """Begin to judge, and prepare the first step."""
+    def begin(self, *, traced: bool) -> None:
+        """Begin to judge, and prepare the first step; `traced` keeps the margins of all samples."""
         for index, entry in enumerate(self._scenario.spec.expect):
             self.place = self._scenario.place("expect", index)
-            self._checks.append(self._stage.session.expect(entry.expectation()))
+            self.checks.append(self._stage.session.expect(entry.expectation()))
+            self.checks[-1].trace = [] if traced else None
         self._steps = self._perform()
 
     def _perform(self) -> Ticks:
@@ -188,13 +207,12 @@ class _Play:
         if abs(session.time - self._looked) >= LOOK:
             self._looked = session.time
             self._stage.programs.check()
-        return not self._checks and not self.unfinished
+        return not self.checks and not self.unfinished
 
     def end(self) -> None:
-        """Decide what is open."""
+        """Decide what is open, unless a failure has ended the run early."""
         self._stage.programs.check()
-        for check in self._checks:
-            check.end()
+        self._stage.session.end_expectations()
 
     def results(self) -> list[CheckResult]:
         """Return the results of all expectations."""
@@ -207,7 +225,7 @@ class _Play:
                 check.verdict.decided,
                 check.report(),
             )
-            for index, check in enumerate(self._checks)
+            for index, check in enumerate(self.checks)
         ]
 
 

@@ -9,9 +9,13 @@ with ge.load("dd100_warehouse").session(seed=3) as sim:
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from graphengine.api.expecting import Check, Outcome
 from graphengine.api.session import Session
@@ -22,6 +26,8 @@ from graphengine.format.errors import GraphError, UsageError
 
 _READ = 200
 """Largest number of characters of a value in a report."""
+_ELEMENTS = 8
+"""Largest number of elements of a list that a report shows one by one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +105,26 @@ def rate(topic: str, at_least: float = 0.0, at_most: float = math.inf, over: flo
 
     A rate is a whole number of messages divided by `over`: choose an interval with enough messages.
     """
-    return always(f"{at_least!r} <= rate({topic!r}, {over!r}) <= {_number(at_most)}")
+    parts = [f"at least {at_least:g}" * (at_least > 0.0), f"at most {at_most:g}" * (at_most < math.inf)]
+    text = f"rate of {topic}: {' and '.join(filter(None, parts)) or 'any'} Hz in each {over:g} s"
+    return Expectation(text, (f"{at_least!r} <= rate({topic!r}, {over!r}) <= {_number(at_most)}",), Always)
 
 
 def latency(topic: str, at_most: float) -> Expectation:
     """Expect the messages of a topic to arrive at most `at_most` seconds of simulation after their stamp."""
-    return always(f"age({topic!r}) <= {at_most!r}")
+    return Expectation(f"latency of {topic}: at most {at_most:g} s", (f"age({topic!r}) <= {at_most!r}",), Always)
+
+
+def _shown(value: Any) -> str:
+    """Return a value as text, with few digits."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, tuple | list | np.ndarray) and len(value) <= _ELEMENTS:
+        return f"({', '.join(map(_shown, value))})"
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        names = [field.name for field in dataclasses.fields(value) if not field.name.startswith("_")]
+        return ", ".join(f"{name} {_shown(getattr(value, name))}" for name in names)
+    return str(value)
 
 
 def _number(value: float) -> str:
@@ -134,6 +154,8 @@ class ExpectationCheck(Check):
         readings = readings_of(session)
         self._conditions = [Condition(text, readings) for text in expectation.conditions]
         self._frame = session.tick
+        self.trace: list[tuple[float, float]] | None = None
+        """Time, s, and margin of each sample; None unless the caller sets a list before the run."""
         self._begin()
 
     def _begin(self) -> None:
@@ -170,6 +192,8 @@ class ExpectationCheck(Check):
         given = [sample.inverted() if self.expectation.inverted else sample for sample in samples if sample]
         was_open = self._operator.verdict.outcome == "open"
         self._operator.add(self._session.time, *given)
+        if self.trace is not None:
+            self.trace.append((self._session.time, min(sample.margin for sample in given)))
         if was_open and self._operator.verdict.outcome != "open":
             self._note_values()
 
@@ -183,8 +207,9 @@ class ExpectationCheck(Check):
             self._note_values()
 
     def _note_values(self) -> None:
+        self._session.mark(f"{self.outcome}: {self.expectation.text}")
         self._values = {
-            text: str(value)[:_READ] for condition in self._conditions for text, value in condition.values().items()
+            text: _shown(value)[:_READ] for condition in self._conditions for text, value in condition.values().items()
         }
 
     def report(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -87,7 +88,5 @@ class Programs:
     @staticmethod
     def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
         if process.poll() is None or number == signal.SIGKILL:
-            try:
+            with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, number)
-            except ProcessLookupError:
-                pass

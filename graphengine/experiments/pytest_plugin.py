@@ -6,9 +6,8 @@ pytest finds a scenario or a test uses the fixture.
 
 from __future__ import annotations
 
-import dataclasses
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,14 +25,16 @@ class ScenarioError(Exception):
     """A scenario file has errors, or a run could not be made or judged."""
 
 
-class ScenarioFailure(AssertionError):
+class NotMetError(AssertionError):
     """A run did not meet an expectation."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options of scenarios."""
     group = parser.getgroup("graphengine", "scenarios of graphengine")
-    group.addoption("--record-failures", metavar="DIR", type=Path, help="folder for recordings and reports of failed runs")
+    group.addoption(
+        "--record-failures", metavar="DIR", type=Path, help="folder for recordings and reports of failed runs"
+    )
     group.addoption("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
     group.addoption(
         "--allow-scenario-scripts", action="store_true", help="let graphs run the Python code of their ScriptNodes"
@@ -60,7 +61,7 @@ class ScenarioFile(pytest.File):
         for case in scenario.cases():
             yield ScenarioItem.from_parent(self, name=case.name, scenario=scenario, case=case)
 
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException]) -> Any:
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Return the findings, without the traceback of the plugin."""
         return str(excinfo.value) if isinstance(excinfo.value, ScenarioError) else super().repr_failure(excinfo)
 
@@ -95,9 +96,9 @@ class ScenarioItem(pytest.Item):
             self._failure = "\n".join(filter(None, [_share(passed, spec.runs), failed.report()]))
 
     def runtest(self) -> None:
-        """Raise ScenarioFailure if too few runs passed."""
+        """Raise NotMetError if too few runs passed."""
         if self._failure:
-            raise ScenarioFailure(self._failure)
+            raise NotMetError(self._failure)
 
     def _note(self, results: list[CaseResult]) -> None:
         """Add the seeds and robustnesses of the first run to the report and to the JUnit file."""
@@ -119,7 +120,7 @@ class ScenarioItem(pytest.Item):
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Return what was not met, without the traceback of the plugin."""
-        if isinstance(excinfo.value, ScenarioError | ScenarioFailure):
+        if isinstance(excinfo.value, ScenarioError | NotMetError):
             return str(excinfo.value)
         return super().repr_failure(excinfo, style)
 
@@ -139,7 +140,7 @@ def _share(passed: int, runs: int) -> str:
 
 @pytest.fixture
 def session() -> Iterator[Callable[..., Session]]:
-    """Return a function that loads a scene and starts a session, with the arguments of `testing.session`.
+    """Return a function that starts a session of a scene; its arguments are those of `Scene.session`, and `set` of `load`.
 
         def test_it_stays(session):
             sim = session("dd100_flat", seed=1)
@@ -150,15 +151,17 @@ def session() -> Iterator[Callable[..., Session]]:
     """
     from contextlib import ExitStack
 
-    from graphengine.testing.sessions import session as start
+    from graphengine.api.scene import Scene
+    from graphengine.api.scene_loading import load
 
     with ExitStack() as closing:
         started: list[Session] = []
 
-        def make(source: Any, **arguments: Any) -> Session:
-            started.append(closing.enter_context(start(source, **arguments)))
+        def start(source: Any, *, set: Mapping[str, Any] | None = None, **options: Any) -> Session:
+            scene = source if isinstance(source, Scene) else load(source, set=set or {})
+            started.append(closing.enter_context(scene.session(**options)))
             return started[-1]
 
-        yield make
+        yield start
         for one in started:
             one.judge()

@@ -5,8 +5,7 @@ A step is executed by a generator, which yields once for each tick that the step
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, create_model, field_validator, model_validator
@@ -14,8 +13,8 @@ from pydantic import Field, create_model, field_validator, model_validator
 from graphengine.api.session import Session
 from graphengine.experiments.conditions import Condition
 from graphengine.experiments.durations import Duration, Period, seconds
-from graphengine.experiments.programs import Programs
 from graphengine.experiments.readings import readings_of
+from graphengine.experiments.stage import Stage
 from graphengine.experiments.waiting import WaitSpec
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.format.spec import FileSpec
@@ -30,28 +29,6 @@ _COMMANDS: Mapping[str, type[Command]] = {
     name: kind for name, kind in COMMANDS.items() if kind.recorded and name not in ("stop", "restore", "checkpoint")
 }
 """The commands of the step of the same name; those that affect the simulation."""
-
-
-@dataclass
-class Stage:
-    """What the steps of one run act on.
-
-    Attributes:
-        session: the session.
-        programs: the programs that steps start.
-        ending: for each publication with a duration, the time at which it ends, s, and the function that ends it.
-    """
-
-    session: Session
-    programs: Programs
-    ending: list[tuple[float, Callable[[], None]]] = field(default_factory=list)
-
-    def end_publications(self) -> None:
-        """End the publications whose time has come."""
-        now = self.session.time + 1e-9
-        for entry in [entry for entry in self.ending if entry[0] <= now]:
-            entry[1]()
-            self.ending.remove(entry)
 
 
 class PublishSpec(FileSpec):

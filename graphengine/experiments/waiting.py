@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from graphengine.experiments.stage import Stage
 from graphengine.format.spec import FileSpec
 from graphengine.format.wording import listing
-
-if TYPE_CHECKING:
-    from graphengine.experiments.steps import Stage
-
-_STATES = ("unconfigured", "inactive", "active", "finalized")
 
 
 class WaitSpec(FileSpec):

@@ -1,4 +1,4 @@
-"""Finds events of a recording for the timeline of the web page: commands, resets, errors and contacts of robots."""
+"""Finds events of a recording for the timeline of the web page: commands, resets, errors, contacts of robots and verdicts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-MarkKind = Literal["command", "reset", "error", "contact"]
+MarkKind = Literal["command", "reset", "error", "contact", "verdict"]
 
 MAX_MARKS = 500
 """Maximum number of marks of one kind."""

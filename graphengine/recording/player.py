@@ -72,6 +72,7 @@ class RecordingPlayer:
         self.replay = Replay(session, network, recording, warn=warn)
         self.length = recording.length()
         """Number of ticks of the recording, including a failed one. If the replay ended earlier, the number of replayed ticks."""
+        self._verdicts = recording.verdicts()
         self.built = 0
         """Number of ticks that have been replayed and compared."""
         self.position = 0
@@ -177,6 +178,8 @@ class RecordingPlayer:
         self.length = max(self.length, self.built)
         touching = self.session.services.world.entities.touching()
         self.marks.add_contacts({name: contact.other for name, contact in touching.items()}, self._robots)
+        for text in self._verdicts.get(tick.number, ()):
+            self.marks.add("verdict", text)
         if error is not None:
             self._finish(str(error))
         elif self.built % self._spacing == 0:

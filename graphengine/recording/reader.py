@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -155,6 +156,16 @@ class Recording:
         if text.isdecimal() and len(text) <= MAX_DIGITS:
             return int(text) + bool(told.get("failure"))
         return self.times.tick(last)
+
+    def verdicts(self) -> Mapping[int, list[str]]:
+        """Return the verdicts on the run by number of the tick; none if the file has none, or is damaged there."""
+        _, end = read_extent(self.path)
+        told = end.metadata.get("verdicts", "") if end is not None and end.name == mcap_schema.END else ""
+        found: dict[int, list[str]] = {}
+        with suppress(ValueError, TypeError, RecordingError):
+            for tick, text in bounded_json.parse(told) if told else ():
+                found.setdefault(int(tick), []).append(str(text))
+        return found
 
     def _take(self, record: McapRecord) -> None:
         """Process a schema, channel, metadata or attachment record; other records are ignored."""

@@ -69,6 +69,8 @@ class Recorder(ExternalInputs):
         self._names = SourceNames(self._files)
         self._scene = scene.world.scenery.scene.document.path.absolute() if scene.world is not None else None
         self._definitions = scene.definitions
+        self.verdicts: list[tuple[int, str]] = []
+        """Number of a tick and text of each verdict on the run; they are no part of its output."""
         self._tick = self._ended = 0
         self._wall_time = 0.0
         self._commands: list[tuple[str, Any]] = []
@@ -104,6 +106,10 @@ class Recorder(ExternalInputs):
     def recorded_bytes(self) -> int:
         """Number of bytes written to the file; buffered data is not included."""
         return self._writer.size
+
+    def mark(self, text: str) -> None:
+        """Add a verdict on the run at the current tick, which the page shows as a mark."""
+        self.verdicts.append((max(self._tick, 1), text))
 
     def begin_tick(self) -> float:
         """Return the wall clock time (s since 1970) that nodes read in the tick."""
@@ -203,6 +209,8 @@ class Recorder(ExternalInputs):
             self._take_down()
         self._write_chunk()
         end = {"ticks": str(self._ended), "failure": failure}
+        if self.verdicts:
+            end["verdicts"] = json.dumps(self.verdicts)
         dropped = self._session.services.dropped
         if dropped is not None and dropped.ticks:
             end["dropped_values"] = json.dumps(dropped.ticks)

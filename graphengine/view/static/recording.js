@@ -2,7 +2,7 @@
 import { ask, on } from "./connection.js";
 import { $, element } from "./elements.js";
 
-const SIGNS = { command: "◆", reset: "↺", contact: "●", error: "✕" }; // of several events at one position, the last is shown
+const SIGNS = { command: "◆", reset: "↺", contact: "●", verdict: "⚑", error: "✕" }; // of several events at one position, the last is shown
 const PLACES = 80, LINES = 10;
 const REASONS = { "topics-tab": "topics are measured in a run only; the messages are in the recording's MCAP file",
   "findings-tab": "the files of a recording are not checked" };

@@ -4,7 +4,7 @@ import { decode } from "./decode.js";
 import { Plots } from "./plots.js";
 import { World } from "./scene.js";
 
-const SYMBOLS = { command: "◆", reset: "↺", error: "✕", contact: "●" };
+const SYMBOLS = { command: "◆", reset: "↺", error: "✕", contact: "●", verdict: "⚑" };
 const element = (id) => document.getElementById(id);
 const limited = (time) => Math.min(Math.max(time, 0), data.duration);
 

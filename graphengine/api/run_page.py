@@ -1,0 +1,66 @@
+"""Samples a session while it runs, for one HTML file with its 3D picture, plots, marks and log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from graphengine.api.runner import AfterTick
+from graphengine.recording.marks import LONGEST, RecordingMark
+from graphengine.view.html.page import LogEntry, Plot, robot_plots, write_html
+from graphengine.view.html.replay import MAX_ENTRIES
+from graphengine.view.html.trace import Trace
+
+if TYPE_CHECKING:
+    from graphengine.api.session import Session
+
+
+class RunPage(AfterTick):
+    """The samples and the log of a session from its start; `write` makes the file.
+
+    Pass `log` to `Scene.session`, and the session to `watch`, before the first tick.
+    """
+
+    def __init__(self) -> None:
+        self._session: Session | None = None
+        self._trace: Trace | None = None
+        self._log: list[LogEntry] = []
+        self._tick = 0
+
+    def log(self, severity: str, node: str, text: str) -> None:
+        """Add a message of a node."""
+        if len(self._log) < MAX_ENTRIES:
+            line = (f"{node}: {text}" if node else text).partition("\n")[0][:LONGEST]
+            self._log.append(LogEntry(self._tick, severity, line))
+
+    def watch(self, session: Session) -> None:
+        """Begin to sample a session."""
+        self._trace = Trace(session._runner.session)
+        self._trace.sample(0)
+        session._runner.after_ticks[self] = self
+
+    def after_tick(self, frame: int) -> None:
+        """Take a sample of the session."""
+        assert self._trace is not None
+        self._tick += 1
+        self._trace.sample(self._tick)
+
+    def write(
+        self, path: Path, *, title: str, plots: Sequence[Plot] = (), marks: Sequence[tuple[float, str]] = ()
+    ) -> None:
+        """Write the file; an older file is replaced when the new one is complete.
+
+        Args:
+            path: file to write.
+            title: title of the page.
+            plots: values over time, in addition to the speeds of robots.
+            marks: simulation time, s, and text of each mark on the time bar.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        trace = self._trace
+        assert trace is not None
+        placed = [RecordingMark(max(round(time / trace.period), 1), "verdict", text[:LONGEST]) for time, text in marks]
+        write_html(trace, path, title=title, plots=[*plots, *robot_plots(trace)], marks=placed, log=self._log)
