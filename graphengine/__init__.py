@@ -21,6 +21,15 @@ if TYPE_CHECKING:
     from graphengine.api.bodies import Body as Body
     from graphengine.api.bodies import Pose as Pose
     from graphengine.api.bodies import Velocity as Velocity
+    from graphengine.api.expectations.expectations import always as always
+    from graphengine.api.expectations.expectations import count as count
+    from graphengine.api.expectations.expectations import holds as holds
+    from graphengine.api.expectations.expectations import latency as latency
+    from graphengine.api.expectations.expectations import never as never
+    from graphengine.api.expectations.expectations import rate as rate
+    from graphengine.api.expectations.expectations import settles as settles
+    from graphengine.api.expectations.expectations import until as until
+    from graphengine.api.expectations.expectations import within as within
     from graphengine.api.mujoco_objects import MujocoObjects as MujocoObjects
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Robot as Robot
@@ -33,15 +42,6 @@ if TYPE_CHECKING:
     from graphengine.api.session_control import Checkpoint as Checkpoint
     from graphengine.api.topics import Publication as Publication
     from graphengine.api.topics import Subscription as Subscription
-    from graphengine.experiments.expectations import always as always
-    from graphengine.experiments.expectations import count as count
-    from graphengine.experiments.expectations import holds as holds
-    from graphengine.experiments.expectations import latency as latency
-    from graphengine.experiments.expectations import never as never
-    from graphengine.experiments.expectations import rate as rate
-    from graphengine.experiments.expectations import settles as settles
-    from graphengine.experiments.expectations import until as until
-    from graphengine.experiments.expectations import within as within
     from graphengine.format.diagnostics import CheckError as CheckError
     from graphengine.format.errors import ExpectationError as ExpectationError
     from graphengine.format.errors import GraphError as GraphError
@@ -66,7 +66,7 @@ _MODULES = {
     "api.robots": ("Robot", "Joint"),
     "api.sensors": ("RobotSensor",),
     "api.gym": ("gym",),
-    "experiments.expectations": (
+    "api.expectations.expectations": (
         "always",
         "count",
         "holds",

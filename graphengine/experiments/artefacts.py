@@ -11,10 +11,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.api.expectations.expectations import ExpectationCheck
 from graphengine.api.run_page import RunPage
 from graphengine.api.session import Session
 from graphengine.experiments.case_run import CaseOptions, CaseResult, run_case
-from graphengine.experiments.expectations import ExpectationCheck
 from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import GraphError
 from graphengine.view.html.page import Plot

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from graphengine.api.expectations.expectations import ExpectationCheck
 from graphengine.api.run_options import Log
 from graphengine.api.scene_loading import load
 from graphengine.api.session import Session
 from graphengine.experiments.domains import free_domain
-from graphengine.experiments.expectations import ExpectationCheck
 from graphengine.experiments.programs import Programs
 from graphengine.experiments.scenario import Case, Scenario
 from graphengine.experiments.stage import Stage

@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from graphengine.experiments import expectations
+from graphengine.api.expectations.expectations import Expectation
+from graphengine.api.expectations import expectations
 from graphengine.experiments.durations import Duration, Period
-from graphengine.experiments.expectations import Expectation
 from graphengine.format.spec import FileSpec, NotNegative
 from graphengine.format.wording import listing
 

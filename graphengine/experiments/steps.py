@@ -10,10 +10,10 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, create_model, field_validator, model_validator
 
+from graphengine.api.expectations.conditions import Condition
+from graphengine.api.expectations.readings import readings_of
 from graphengine.api.session import Session
-from graphengine.experiments.conditions import Condition
 from graphengine.experiments.durations import Duration, Period, seconds
-from graphengine.experiments.readings import readings_of
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.waiting import WaitSpec
 from graphengine.format.errors import ExpectationError, UsageError

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from graphengine.experiments.conditions import Condition, NoValueError, Reading
-from graphengine.experiments.operators import Sample
+from graphengine.api.expectations.conditions import Condition, NoValueError, Reading
+from graphengine.api.expectations.operators import Sample
 from graphengine.format.errors import UsageError
 from graphengine.messages import messages
 

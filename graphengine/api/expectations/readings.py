@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings
+from graphengine.api.expectations.operators import TIME_ERROR
 from graphengine.api.session import Session
 from graphengine.api.topics import Subscription
-from graphengine.experiments.conditions import Kind, NoValueError, Reading, Readings
-from graphengine.experiments.operators import TIME_ERROR
 from graphengine.format.errors import UsageError
 
 Place = str | Sequence[float]

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.api.expectations.conditions import Condition
+from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
+from graphengine.api.expectations.readings import readings_of
 from graphengine.api.expecting import Check, Outcome
 from graphengine.api.session import Session
-from graphengine.experiments.conditions import Condition
-from graphengine.experiments.operators import Always, Count, Holds, Operator, Until, Verdict, Within
-from graphengine.experiments.readings import readings_of
 from graphengine.format.errors import GraphError, UsageError
 
 _READ = 200

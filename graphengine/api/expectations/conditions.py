@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from graphengine.experiments.operators import Sample
+from graphengine.api.expectations.operators import Sample
 from graphengine.format.errors import UsageError
 from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.experiments.expectations import (
+from graphengine.api.expectations.expectations import (
     Expectation,
     always,
     count,

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.experiments.operators import Always, Count, Holds, Operator, Sample, Until, Verdict, Within
+from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Sample, Until, Verdict, Within
 
 STEP = 1 / 60  # s
 Samples = list[Sample]

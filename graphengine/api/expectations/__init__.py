@@ -1,0 +1,1 @@
+"""Expectations over the time of a run, with verdicts and margins."""
