@@ -11,6 +11,8 @@ from graphengine.api.guards import acting, reading
 from graphengine.api.runner import AfterTick, Runner
 from graphengine.api.values import plain
 from graphengine.format.errors import UsageError
+from graphengine.format.spec import Spec
+from graphengine.runtime.commands import COMMANDS
 
 if TYPE_CHECKING:
     from graphengine.runtime.reloading import Reloaded
@@ -18,6 +20,12 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SavedSession as InnerCheckpoint
     from graphengine.runtime.session_core import SessionCore as InnerSession
     from graphengine.runtime.ticker import ResetScope
+
+
+RECORDED_COMMANDS: Mapping[str, type[Spec]] = {
+    name: kind for name, kind in COMMANDS.items() if kind.recorded and name not in ("stop", "restore", "checkpoint")
+}
+"""Specs of the arguments of the commands for `Session.submit` that change the simulation, by name."""
 
 
 class Checkpoint:

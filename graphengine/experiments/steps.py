@@ -6,29 +6,26 @@ A step is executed by a generator, which yields once for each tick that the step
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 from pydantic import Field, create_model, field_validator, model_validator
 
 from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.readings import readings_of
 from graphengine.api.session import Session
+from graphengine.api.session_control import RECORDED_COMMANDS
 from graphengine.experiments.durations import Duration, Period, seconds
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.waiting import WaitSpec
 from graphengine.format.errors import ExpectationError, UsageError
-from graphengine.format.spec import FileSpec
+from graphengine.format.spec import FileSpec, Spec
 from graphengine.format.spec_reader import keys_of
 from graphengine.format.wording import listing
-from graphengine.runtime.command import Command
-from graphengine.runtime.commands import COMMANDS
 
 Ticks = Iterator[None]
 
-_COMMANDS: Mapping[str, type[Command]] = {
-    name: kind for name, kind in COMMANDS.items() if kind.recorded and name not in ("stop", "restore", "checkpoint")
-}
-"""The commands of the step of the same name; those that affect the simulation."""
+_COMMAND = "_command"
+"""End of the names of the fields that are commands; the names of their keys are those of the commands."""
 
 
 class PublishSpec(FileSpec):
@@ -108,8 +105,6 @@ def _check_fields(what: str, message: Any, wanted: Mapping[str, Any]) -> None:
 class _Step(FileSpec):
     """A step: one key, which names what to do."""
 
-    COMMAND_KEYS: ClassVar[Mapping[str, type[Command]]] = _COMMANDS
-
     publish: PublishSpec | None = None
     """Message to send, as {topic: /cmd_vel, message: {linear: {x: 0.5}}, every: 0.1s, for: 20s}."""
     wait: Duration | str | WaitSpec | None = None
@@ -147,8 +142,8 @@ class _Step(FileSpec):
         """
         (name,) = self.model_fields_set
         given = getattr(self, name)
-        if isinstance(given, Command):
-            return self._command(stage, given)
+        if name.endswith(_COMMAND):
+            return _command(stage, name.removesuffix(_COMMAND).replace("_", "-"), given)
         if isinstance(given, float):
             return _pass(stage.session, given)
         if isinstance(given, str):
@@ -158,18 +153,12 @@ class _Step(FileSpec):
         steps: Ticks = given.perform(stage) if not isinstance(given, tuple) else perform_together(given, stage)
         return steps
 
-    def _command(self, stage: Stage, command: Command) -> Ticks:
-        future = stage.session.submit(command.command_name(), command.model_dump(mode="json", exclude_unset=True))
-        while not future.done():
-            yield
-        future.result()
-
 
 def _command_fields() -> dict[str, Any]:
     fields: dict[str, Any] = {}
-    for name, kind in _COMMANDS.items():
+    for name, kind in RECORDED_COMMANDS.items():
         about = Field(default=None, alias=name, description=(kind.__doc__ or "").partition("\n")[0])
-        fields[name.replace("-", "_") + "_"] = (kind | None, about)
+        fields[name.replace("-", "_") + _COMMAND] = (kind | None, about)
     return fields
 
 
@@ -200,6 +189,13 @@ def perform_together(sequences: Any, stage: Stage) -> Ticks:
         running = [steps for steps in running if next(steps, stage) is not stage]
         if running:
             yield
+
+
+def _command(stage: Stage, name: str, arguments: Spec) -> Ticks:
+    future = stage.session.submit(name, arguments.model_dump(mode="json", exclude_unset=True))
+    while not future.done():
+        yield
+    future.result()
 
 
 def _pass(session: Session, duration: float) -> Ticks:
