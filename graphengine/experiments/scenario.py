@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from graphengine.experiments.durations import Period
 from graphengine.experiments.expectation_specs import ExpectationSpec
+from graphengine.experiments.metric_specs import MetricSpec
 from graphengine.experiments.steps import StepSpec
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
@@ -62,6 +63,8 @@ class ScenarioSpec(FileSpec):
     """Steps, executed one after the other."""
     expect: tuple[ExpectationSpec, ...] = Field(default=(), strict=False)
     """What is expected of the run."""
+    metrics: dict[Name, MetricSpec] = {}
+    """Numbers that describe the run, by name, as {top_speed: {max: velocity("dd100").linear[0]}}."""
     stop: StopSpec = StopSpec()
     """When the run ends, as {after: 30s}."""
 
