@@ -24,8 +24,8 @@ RETRIES = 3
 AHEAD = 2
 """Number of runs that wait for each processor of the cluster."""
 
-_places: dict[str, tuple[Place, Any]] = {}
-"""In a process of Ray: the unpacked scenes by the digest of their files, each with what keeps the folder."""
+_unpacked: dict[str, tuple[Any, Place]] = {}
+"""In a process of Ray: the folders with the files of scenes, by the digest of the files, each with the place of the scene."""
 _workers: dict[tuple[RunSettings, Limits], Worker] = {}
 """In a process of Ray: its worker."""
 
@@ -94,17 +94,12 @@ def make_here(bundle: Bundle, case: Any, number: int, given: tuple[RunSettings, 
         _workers[given] = Worker(*given)
         atexit.register(_workers[given].close)
     worker = _workers[given]
-    worker.begin(Run(bundle, case, number), _unpacked(bundle))
+    if bundle.inputs not in _unpacked:
+        made = tempfile.TemporaryDirectory(prefix="graphengine-")
+        place = bundle.packed.lay_out(Workspace(Path(made.name))) if bundle.packed is not None else None
+        _unpacked[bundle.inputs] = made, place
+    folder, place = _unpacked[bundle.inputs]
+    worker.begin(Run(bundle, case, number), place)
     while (row := worker.look()) is None:
         worker.pipe.poll(LOOK)
-    return row
-
-
-def _unpacked(bundle: Bundle) -> Place:
-    """Return the place of the scene's files on this machine; they are unpacked at the first call."""
-    if bundle.packed is None:
-        return None
-    if bundle.inputs not in _places:
-        folder = tempfile.TemporaryDirectory(prefix="graphengine-")
-        _places[bundle.inputs] = bundle.packed.lay_out(Workspace(Path(folder.name))), folder
-    return _places[bundle.inputs][0]
+    return row | {"reason": bundle.original(row["reason"], Path(folder.name).resolve())}

@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import itertools
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -17,6 +17,7 @@ from graphengine.experiments.scenario import Case, Scenario, find_scenarios, rea
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError, UsageError
 from graphengine.recording.packing import PackedScene
+from graphengine.recording.sources import PROJECT, SHIPPED
 
 T = TypeVar("T")
 
@@ -29,11 +30,19 @@ class Bundle:
         scenario: the scenario.
         packed: files of its scene; None if the scene has errors, which each run then reports.
         inputs: digest of the contents of the files.
+        origins: folders from which the files came, by those of the unpacked files, in the order in which texts replace them.
     """
 
     scenario: Scenario
     packed: PackedScene | None
     inputs: str
+    origins: Mapping[str, str]
+
+    def original(self, text: str, folder: Path) -> str:
+        """Return a text that names unpacked files below a folder with the names of the original files."""
+        for place, origin in self.origins.items():
+            text = text.replace(place.format(folder), origin)
+        return text
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,10 +117,14 @@ def _files(given: str) -> Iterator[tuple[Path, str]]:
 
 
 def _bundle(scenario: Scenario, scripts: bool) -> Bundle:
-    packed = None
+    packed, origins = None, dict[str, str]()
     with contextlib.suppress(GraphError):  # each run reports it
-        packed = PackedScene.of(loaded_of(load(scenario.scene, allow_scripts=scripts)))
-    return Bundle(scenario, packed, _digest([scenario.path.read_bytes(), *(packed.files.values() if packed else ())]))
+        loaded = loaded_of(load(scenario.scene, allow_scripts=scripts))
+        packed = PackedScene.of(loaded)
+        own = str(loaded.path.resolve()).removesuffix(packed.given.partition("/")[2])
+        origins = {f"{{}}/{PROJECT}/": own, f"{{}}/{SHIPPED}/": f"{loaded.files.base}/", f"{Path.cwd()}/": ""}
+    contents = [scenario.path.read_bytes(), *(packed.files.values() if packed else ())]
+    return Bundle(scenario, packed, _digest(contents), origins)
 
 
 def _digest(contents: Iterable[bytes]) -> str:

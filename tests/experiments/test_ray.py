@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from collections.abc import Iterator
@@ -10,6 +11,11 @@ from typing import Any
 
 import pytest
 
+from graphengine.experiments.matrix import make_rows
+from graphengine.experiments.ray_pool import RayPool
+from graphengine.experiments.runs import plan_runs
+from graphengine.experiments.worker_process import RunSettings
+from graphengine.experiments.workers import Limits
 from tests.experiments.falling import ABORTS, FAILS, HANGS, PASSES, finish, run, start, without_wall, write_scenario
 from tests.waiting import eventually
 
@@ -82,3 +88,23 @@ def test_a_killed_process_of_ray_and_a_killed_driver_leave_the_same_rows_in_the_
     assert lines() < 60
     finish(start(tmp_path, *arguments, "--resume"), 0)
     assert without_wall(path) == without_wall(tmp_path / "processes.jsonl")
+
+
+def test_the_files_of_a_scene_come_to_the_nodes_and_errors_name_the_originals(
+    tmp_path: Path, cluster: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = write_scenario(tmp_path, [0], [PASSES])
+    text = scenario.read_text(encoding="utf-8")
+    scenario.write_text(text.replace("Script.harm: [0]", "Clock.topicName: [clock, no topic]"), encoding="utf-8")
+    run(tmp_path, "--results", "processes.jsonl", code=1)
+    monkeypatch.chdir(tmp_path)
+    runs = plan_runs(["falls.scenario.yaml"], scripts=True)
+    for name in ("falls.scenario.yaml", "scene.yaml", "graph.yaml", "world.xml"):
+        (tmp_path / name).unlink()
+    make_rows(runs, RayPool(cluster, RunSettings(scripts=True), Limits()), tmp_path / "ray.jsonl")
+    passed, refused = (
+        json.loads(row) for row in sorted((tmp_path / "ray.jsonl").read_text(encoding="utf-8").splitlines())
+    )
+    assert passed["outcome"] == "passed"
+    assert refused["reason"].startswith("graph.yaml:")
+    assert without_wall(tmp_path / "ray.jsonl") == without_wall(tmp_path / "processes.jsonl")
