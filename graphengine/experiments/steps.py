@@ -127,6 +127,7 @@ class _Step(FileSpec):
     @model_validator(mode="before")
     @classmethod
     def _has_one_key(cls, value: Any) -> Any:
+        value = _with_seconds(value)
         if isinstance(value, dict) and len(known := [key for key in value if key in keys_of(cls)]) > 1:
             raise ValueError(f"a step has one key, got {' and '.join(map(repr, known))}; write them as separate steps")
         if value == {}:
@@ -152,6 +153,18 @@ class _Step(FileSpec):
             return stage.programs.start(given)
         steps: Ticks = given.perform(stage) if not isinstance(given, tuple) else perform_together(given, stage)
         return steps
+
+
+def _with_seconds(step: Any) -> Any:
+    """Return a step in which the durations of commands are seconds, also if they are written with a unit."""
+    if not isinstance(step, dict):
+        return step
+    return {
+        key: {**given, "duration": seconds(given["duration"])}
+        if isinstance(given, dict) and "duration" in given
+        else given
+        for key, given in step.items()
+    }
 
 
 def _command_fields() -> dict[str, Any]:
