@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
+from graphengine.experiments.scenario import ScenarioSpec
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 
@@ -27,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record-failures", metavar="DIR", type=Path, help=kept)
     parser.add_argument("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
     parser.add_argument("--collect-only", action="store_true", help="check the files and list the cases; run nothing")
+    parser.add_argument("--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing")
     parser.epilog = _CODES
 
 
@@ -36,6 +39,9 @@ def execute(arguments: argparse.Namespace) -> int:
     Raises:
         UsageError: pytest is not installed.
     """
+    if arguments.schema:
+        print(json.dumps(ScenarioSpec.model_json_schema(), indent=2))
+        return 0
     try:
         import pytest
     except ImportError:

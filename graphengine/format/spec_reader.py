@@ -28,6 +28,9 @@ S = TypeVar("S", bound=Spec)
 KINDS: dict[str, type[Spec]] = {"graph": GraphSpec, "scene": SceneSpec, "robot": RobotSpec}
 """Spec class of each kind of file; every file has a key with the name of its kind, such as `graph: drive`."""
 
+SCENARIO = "scenario"
+"""Key of scenario files, which `graphengine.experiments` reads."""
+
 _PLAIN: Mapping[str, tuple[str, str]] = {
     "missing": ("G107", "missing key {name!r}"),
     "extra_forbidden": ("G106", "unknown key {name!r}"),
@@ -82,6 +85,10 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
 
 def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
     """Return whether a file is of another kind than `model`, such as a scene instead of a graph; if so, add one finding."""
+    if SCENARIO in data and SCENARIO not in model.model_fields:
+        remedy = "run it with `graphrun test`; `graphrun test --collect-only` only checks it"
+        findings.add("G107", "this is a scenario, not a scene, robot or graph", document.key_span(SCENARIO), remedy)
+        return True
     wanted = next((kind for kind, known in KINDS.items() if known is model), None)
     other = kind_of(document)
     if wanted is None or other is None or wanted in data or other in model.model_fields:
@@ -142,9 +149,9 @@ def keys_of(model: type[BaseModel]) -> Mapping[str, FieldInfo]:
 
 def _name(location: Location) -> str:
     """Return the name of a location for messages: its last key with indices, such as `position[1]`; `file` for the whole file."""
-    names = [part for part in location if isinstance(part, str)]
-    numbers = location[location.index(names[-1]) + 1 :] if names else location
-    return (names[-1] if names else "file") + "".join(f"[{number}]" for number in numbers)
+    names = [index for index, part in enumerate(location) if isinstance(part, str)]
+    numbers = location[names[-1] + 1 :] if names else location
+    return (str(location[names[-1]]) if names else "file") + "".join(f"[{number}]" for number in numbers)
 
 
 def _annotations_at(annotation: Any, location: Location) -> list[Any]:
@@ -215,7 +222,7 @@ def read(
 
 
 def kind_of(document: Document) -> str | None:
-    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None if the file has none of these keys."""
-    if not isinstance(document.data, dict):
+    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None without these keys, or for a scenario."""
+    if not isinstance(document.data, dict) or SCENARIO in document.data:
         return None
     return next((kind for kind in KINDS if kind in document.data), None)
