@@ -15,7 +15,7 @@ from graphengine.format import interrupts
 if TYPE_CHECKING:
     from graphengine.cli.recorded_run import RecordedRun
     from graphengine.recording.player import RecordingPlayer
-    from graphengine.view.html.replay import ReplayLog
+    from graphengine.view.html.sampled_replay import ReplayLog
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.api.viewing import check_packages
     from graphengine.cli.common import check_suffix
     from graphengine.cli.recorded_run import start_recorded_run
-    from graphengine.view.html.replay import ReplayLog
+    from graphengine.view.html.sampled_replay import ReplayLog
 
     log = ReplayLog()
     if arguments.html is None:
@@ -71,8 +71,8 @@ def _write_html(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog)
     from graphengine.cli.progress import progress
     from graphengine.format.files import near
     from graphengine.recording.player import RecordingPlayer
-    from graphengine.view.html.page import robot_plots, write_html
-    from graphengine.view.html.replay import sample_replay
+    from graphengine.view.html.html_file import robot_plots, write_html
+    from graphengine.view.html.sampled_replay import sample_replay
 
     recording, marks = run.recording, log.marks
     session, network = run.runner.session, run.runner.network

@@ -20,8 +20,8 @@ from graphengine.bringup.navigation.true_poses import TruePoses
 from graphengine.cli import import_graph, import_report, log_output, replay
 from graphengine.cli.import_urdf import check_source
 from graphengine.devices.dry_world import DryWorld
-from graphengine.devices.stage import NOWHERE
-from graphengine.devices.stage import Stage as DryStage
+from graphengine.devices.rotation import NOWHERE
+from graphengine.devices.stage import Stage
 from graphengine.devices.visible import Bodies, VisibleShape
 from graphengine.drawing import manual_layout, view_model
 from graphengine.drawing.geometry import GAP, LayoutBox
@@ -46,9 +46,9 @@ from graphengine.runtime.command_queue import CommandQueue
 from graphengine.testing import session
 from graphengine.view import live_findings
 from graphengine.view.html.payload import Payload
-from graphengine.view.html.replay import ReplayLog
+from graphengine.view.html.sampled_replay import ReplayLog
 from graphengine.view.html.scene_data import SceneData
-from graphengine.view.html.trace import Stage, Trace
+from graphengine.view.html.trace import SampledStage, SceneTrace
 from graphengine.view.live_topics import LiveTopics
 from graphengine.view.page_server import PageServer
 from graphengine.view.scene import shape_surfaces
@@ -183,7 +183,7 @@ def _(characters: int) -> bool:
     return not aborted
 
 
-@limit("view.html.replay.MAX_ENTRIES", at=3)
+@limit("view.html.sampled_replay.MAX_ENTRIES", at=3)
 def _(messages_: int) -> bool:
     log = ReplayLog()
     log.marks.tick = 1
@@ -199,21 +199,21 @@ def _(triangles: int) -> bool:
     shape = VisibleShape("mesh", (1.0, 1.0, 1.0), 0, NOWHERE, (1.0, 1.0, 1.0, 1.0), "mesh")
     bodies, data = Bodies(["world"], [False], [shape], {"mesh": surface}), SceneData(Payload())
     trace: Any = SimpleNamespace(period=1.0)
-    data.stage(Stage(bodies, {}, [], [0], [np.zeros((1, 7), np.float32)]), trace)
+    data.stage(SampledStage(bodies, {}, [], [0], [np.zeros((1, 7), np.float32)]), trace)
     return int(data.surfaces[0]["faces"]["count"]) == 3 * triangles
 
 
-def traced(stage: DryStage, poses: int = 0) -> Trace:
+def traced(stage: Stage, poses: int = 0) -> SceneTrace:
     """Samples of a world without physics, whose bodies are points."""
     world: Any = DryWorld(stage)
     world.poses = lambda: np.zeros((poses, 7))
     services = Services(world, Network())
-    return Trace(SimpleNamespace(services=services, version=0, clock=SimpleNamespace(delta=1 / 60)))  # type: ignore[arg-type]
+    return SceneTrace(SimpleNamespace(services=services, version=0, clock=SimpleNamespace(delta=1 / 60)))  # type: ignore[arg-type]
 
 
 @limit("view.html.trace.MAX_BEAMS", at=100)
 def _(beams: int) -> bool:
-    stage = DryStage()
+    stage = Stage()
     stage.add("/lidar", "lidar", facts={"angles": (0.0, float(beams - 1), 1.0)})
     trace = traced(stage)
     trace.sample(0)
@@ -223,7 +223,7 @@ def _(beams: int) -> bool:
 
 @limit("view.html.trace.MAX_BYTES", at=2800, step=28)
 def _(bytes_: int) -> bool:
-    trace = traced(DryStage(), poses=1)
+    trace = traced(Stage(), poses=1)
     for number in range(bytes_ // 28):
         trace.sample(2 * number)
     return len(trace.stages[0].ticks) == bytes_ // 28
@@ -235,7 +235,7 @@ def _(robots: int, folder: Path) -> bool:
     path = folder / "fleet.yaml"
     path.write_text(f"scene: fleet\nworld: worlds/flat_grid.xml\nrobots: {{dd100: {fleet}}}\n", encoding="utf-8")
     with session(path) as sim:
-        trace = Trace(sim._runner.session)
+        trace = SceneTrace(sim._runner.session)
         trace.sample(0)
     return len(trace.speeds) == robots
 

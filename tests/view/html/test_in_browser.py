@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from graphengine.recording.marks import RecordingMark
-from graphengine.view.html.page import LogEntry, Plot, robot_plots, write_html
-from graphengine.view.html.replay import sample_replay
+from graphengine.view.html.html_file import LogEntry, Plot, robot_plots, write_html
+from graphengine.view.html.sampled_replay import sample_replay
 from tests.recording.harness import Run, playing, put, record
 from tests.view.chromium import CHROMIUM, FEW_FRAMES, FLAGS, needs_chromium
 from tests.view.html.worlds import SCENE, WORLD
@@ -45,7 +45,7 @@ class Opened(NamedTuple):
 
     def robot(self) -> list[float]:
         """Position of the robot in the picture, m."""
-        found: list[float] = self.page.evaluate("() => window.recording.world.positionOf('dd100').toArray()")
+        found: list[float] = self.page.evaluate("() => window.recording.world.poseOf('dd100').position.toArray()")
         return found
 
     def until(self, condition: str) -> None:
@@ -53,7 +53,7 @@ class Opened(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def driven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[float, ...]]]:
+def driven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[float, float, float]]]:
     """The HTML file of a drive, and the position of the robot after each tick, beginning with tick 0."""
     folder = tmp_path_factory.mktemp("html")
     put(folder / "world.xml", WORLD)
@@ -75,7 +75,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[f
 
 
 @pytest.fixture(scope="module")
-def opened(driven: tuple[Path, list[tuple[float, ...]]]) -> Iterator[Opened]:
+def opened(driven: tuple[Path, list[tuple[float, float, float]]]) -> Iterator[Opened]:
     with sync_api.sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         page = chromium.new_context(viewport={"width": 1280, "height": 800}, offline=True).new_page()

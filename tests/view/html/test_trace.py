@@ -12,11 +12,11 @@ from graphengine.format.spec import RobotUse
 from graphengine.recording.marks import RecordingMark
 from graphengine.runtime.entity_commands import Spawn
 from graphengine.testing import session
-from graphengine.view.html.page import Plot, robot_plots, write_html
+from graphengine.view.html.html_file import Plot, robot_plots, write_html
 from graphengine.view.html.payload import Payload
-from graphengine.view.html.replay import sample_replay
+from graphengine.view.html.sampled_replay import sample_replay
 from graphengine.view.html.scene_data import SceneData
-from graphengine.view.html.trace import Trace
+from graphengine.view.html.trace import SceneTrace
 from graphengine.view.scene.shape_surfaces import simplified
 from tests.recording.harness import Run, playing, put, record
 from tests.view.html.worlds import SCENE, WORLD
@@ -62,7 +62,7 @@ def test_a_robot_that_comes_begins_another_part(tmp_path: Path) -> None:
 
 def test_bodies_that_stand_still_have_no_samples(tmp_path: Path) -> None:
     with session(shapes(tmp_path)) as sim:
-        trace = Trace(sim._runner.session)
+        trace = SceneTrace(sim._runner.session)
         for tick in range(31):
             sim.step()
             trace.sample(tick)
@@ -75,7 +75,7 @@ def test_bodies_that_stand_still_have_no_samples(tmp_path: Path) -> None:
 def test_a_live_session_is_written_without_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "new" / "run.html"
     with session(shapes(tmp_path)) as sim:
-        trace = Trace(sim._runner.session)
+        trace = SceneTrace(sim._runner.session)
         trace.sample(0)
         write_html(
             trace,
@@ -91,7 +91,7 @@ def test_a_live_session_is_written_without_a_recording(tmp_path: Path) -> None:
 def test_a_file_that_cannot_be_written_leaves_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = put(tmp_path / "run.html", "older")
     with session(shapes(tmp_path)) as sim:
-        trace = Trace(sim._runner.session)
+        trace = SceneTrace(sim._runner.session)
         trace.sample(0)
 
         def full(*arguments: object) -> None:

@@ -32,7 +32,7 @@ class Plot {
     const quiet = () => colour("--quiet");
     const axis = { stroke: quiet, font: "11px system-ui", grid: { stroke: () => colour("--line"), width: 1 }, ticks: { show: false } };
     this.uplot = new window.uPlot({
-      width: 300, height: HEIGHT, padding: [6, 16, 0, 0], legend: { show: false }, cursor: { drag: { x: false, y: false }, y: false },
+      width: 300, height: HEIGHT, padding: [10, 16, 0, 0], legend: { show: false }, cursor: { drag: { x: false, y: false }, y: false },
       scales: { x: { time: false, range: [0, duration || 1] }, y: { range: (_, low, high) => this.range(low, high) } },
       axes: [{ ...axis, size: 22, values: (_, splits) => splits.map((split) => `${split} s`) }, { ...axis, size: 48, space: 24 }],
       series: [{}, { stroke: () => colour("--strong"), width: 1.5, points: { show: false } }],

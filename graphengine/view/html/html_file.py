@@ -24,7 +24,7 @@ from graphengine.format.atomic_write import write_together
 from graphengine.recording.marks import RecordingMark
 from graphengine.view.html.payload import Payload
 from graphengine.view.html.scene_data import SceneData
-from graphengine.view.html.trace import Trace
+from graphengine.view.html.trace import SceneTrace
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class LogEntry:
 
 
 def write_html(
-    trace: Trace,
+    trace: SceneTrace,
     path: Path,
     *,
     title: str,
@@ -101,7 +101,7 @@ def write_html(
     write_together({path: _page(title, payload.text(values)).encode()})
 
 
-def robot_plots(trace: Trace) -> Sequence[Plot]:
+def robot_plots(trace: SceneTrace) -> Sequence[Plot]:
     """Return speed and turn rate of the first robots of a run."""
     plots = []
     for name, samples in trace.speeds.items():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from graphengine.recording.marks import LONGEST, Marks
 from graphengine.recording.player import RecordingPlayer
-from graphengine.view.html.page import LogEntry
-from graphengine.view.html.trace import Trace
+from graphengine.view.html.html_file import LogEntry
+from graphengine.view.html.trace import SceneTrace
 
 MAX_ENTRIES = 1000
 """Maximum number of messages of nodes in the log."""
@@ -31,9 +31,9 @@ class ReplayLog:
             self.entries.append(LogEntry(self.marks.tick, severity, line))
 
 
-def sample_replay(player: RecordingPlayer) -> Trace:
+def sample_replay(player: RecordingPlayer) -> SceneTrace:
     """Replay a recording to its end and return its samples."""
-    trace = Trace(player.session)
+    trace = SceneTrace(player.session)
     trace.sample(0)
     while not player.complete:
         before = player.built
