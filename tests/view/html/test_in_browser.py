@@ -75,19 +75,30 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[f
 
 
 @pytest.fixture(scope="module")
-def opened(driven: tuple[Path, list[tuple[float, float, float]]]) -> Iterator[Opened]:
+def driver() -> Iterator[Any]:
     with sync_api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = chromium.new_context(viewport={"width": 1280, "height": 800}, offline=True).new_page()
-        shown = Opened(page, [], [])
-        page.on("request", lambda request: shown.requests.append(request.url))
-        page.on("pageerror", lambda error: shown.errors.append(str(error)))
-        page.on("console", lambda told: shown.errors.append(told.text) if told.type == "error" else None)
-        page.add_init_script(FEW_FRAMES)
-        page.goto(driven[0].as_uri())
-        shown.until("Boolean(window.recording)")
-        yield shown
-        chromium.close()
+        yield playwright
+
+
+def opened_in(driver: Any, path: Path, *flags: str) -> Opened:
+    """Open the file in a new Chromium without a network."""
+    chromium = driver.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, *flags])
+    page = chromium.new_context(viewport={"width": 1280, "height": 800}, offline=True).new_page()
+    shown = Opened(page, [], [])
+    page.on("request", lambda request: shown.requests.append(request.url))
+    page.on("pageerror", lambda error: shown.errors.append(str(error)))
+    page.on("console", lambda told: shown.errors.append(told.text) if told.type == "error" else None)
+    page.add_init_script(FEW_FRAMES)
+    page.goto(path.as_uri())
+    shown.until("Boolean(window.recording)")
+    return shown
+
+
+@pytest.fixture(scope="module")
+def opened(driver: Any, driven: tuple[Path, Any]) -> Iterator[Opened]:
+    shown = opened_in(driver, driven[0])
+    yield shown
+    shown.page.context.browser.close()
 
 
 def test_it_asks_for_nothing_and_prints_no_error(opened: Opened, driven: tuple[Path, Any]) -> None:
@@ -176,3 +187,11 @@ def test_people_can_use_it(opened: Opened, width: int, scheme: str) -> None:
     found = axe.Axe().run(opened.page)
     assert found.violations_count == 0, found.generate_report()
     assert opened.page.evaluate("() => document.documentElement.scrollWidth") == width
+
+
+def test_without_webgl_all_but_the_picture_works(driver: Any, driven: tuple[Path, Any]) -> None:
+    shown = opened_in(driver, driven[0], "--disable-3d-apis")
+    assert shown.page.locator("#no-world").inner_text().startswith("The 3D picture is missing: ")
+    shown.page.locator("#marks button").click()
+    assert shown.time == pytest.approx(1.0)
+    shown.page.context.browser.close()

@@ -88,6 +88,17 @@ def test_a_live_session_is_written_without_a_recording(tmp_path: Path) -> None:
     assert [file.name for file in path.parent.iterdir()] == ["run.html"]
 
 
+def test_a_minute_of_the_warehouse_stays_below_four_megabytes(tmp_path: Path) -> None:
+    sizes = []
+    for seconds in (1, 6):
+        path = tmp_path / f"{seconds}.mcap"
+        record(path, 60 * seconds, "dd100_warehouse", commands={1: [(0.5, 0.4)], 180: [(0.5, -0.4)]})
+        with playing(path) as player:
+            write_html(sample_replay(player), tmp_path / "out.html", title="warehouse")
+        sizes.append((tmp_path / "out.html").stat().st_size)
+    assert sizes[0] + (sizes[1] - sizes[0]) / 5 * 59 < 4_000_000
+
+
 def test_a_file_that_cannot_be_written_leaves_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = put(tmp_path / "run.html", "older")
     with session(shapes(tmp_path)) as sim:
