@@ -6,8 +6,6 @@ page's own scripts and style, by their digests, and no text can become HTML (`re
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import html
 import math
 from collections.abc import Mapping, Sequence
@@ -20,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from graphengine.drawing.page import digest
 from graphengine.format.atomic_write import write_together
 from graphengine.recording.marks import RecordingMark
 from graphengine.view.html.payload import Payload
@@ -121,7 +120,7 @@ def _page(title: str, data: str) -> str:
     library_style, own_style, library, script = (_file(name) for name in names)
     style = f"{library_style}\n{own_style}"
     policy = (
-        f"default-src 'none'; script-src {_digest(library)} {_digest(script)}; style-src {_digest(style)}; base-uri 'none'; "
+        f"default-src 'none'; script-src {digest(library)} {digest(script)}; style-src {digest(style)}; base-uri 'none'; "
         "form-action 'none'; require-trusted-types-for 'script'; trusted-types 'none'"
     )
     return Template(_file("page.html")).substitute(
@@ -131,7 +130,3 @@ def _page(title: str, data: str) -> str:
 
 def _file(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
-
-
-def _digest(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
