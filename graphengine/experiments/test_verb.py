@@ -29,7 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record-failures", metavar="DIR", type=Path, help=kept)
     parser.add_argument("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
     parser.add_argument("--collect-only", action="store_true", help="check the files and list the cases; run nothing")
-    parser.add_argument("--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing")
+    parser.add_argument(
+        "--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing"
+    )
     parser.epilog = _CODES
 
 

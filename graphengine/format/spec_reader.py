@@ -73,7 +73,7 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
         remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
         findings.add("G110", message, document.span("format"), remedy)
         return None
-    if _is_of_another_kind(model, document, data, findings):
+    if isinstance(data, dict) and _is_of_another_kind(model, document, data, findings):
         return None
     try:
         return model.model_validate(data)
