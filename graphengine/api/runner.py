@@ -24,6 +24,7 @@ from graphengine.format.stateful import Stateful
 from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
 from graphengine.ros.domain import Domain
+from graphengine.ros.lockstep import Lockstep
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions, Transport, Writer
 from graphengine.ros.transports.select import AUTO, find_transport, open_transport
@@ -97,6 +98,8 @@ class Runner:
                 functools.partial(self._open_domain, domain), domain.id, self._take_peer_fault, scene.definitions
             )
             closing.callback(self.network.close)
+            entries = options.lockstep if options.lockstep is not None else scene.lockstep
+            gate = Lockstep(self.network, entries) if entries else None
             self._open_channel(closing)
             closing.callback(self.queue.close, "the run has ended")
             self.session = build.start(
@@ -109,7 +112,7 @@ class Runner:
                 fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
-            self.session.queue = self.queue
+            self.session.queue, self.session.gate = self.queue, gate
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
             self._open_recorder(modules)
@@ -127,6 +130,9 @@ class Runner:
         check_choice("bad_values", options.bad_values, get_args(BadValues))
         if options.simulation_interfaces is not None:
             check_namespace(options.simulation_interfaces)
+        for entry in options.lockstep or ():
+            if wrong := build.unread(entry.topic, self.scene.claims):
+                raise UsageError("\n  ".join(("lockstep: " + wrong[0], *wrong[1:])))
         if options.record is not None:
             check_recording(options.record, force=options.force)
 

@@ -143,6 +143,14 @@ class LiveNetwork(EndpointHost):
                     sink.deliver(end.claim, arrived)
         self.look()
 
+    def repeat_clock(self) -> None:
+        """Send the newest /clock again, unrecorded, and look for new peers; called while a tick waits for messages."""
+        self._follow()
+        self.look()
+        for publisher in self.publishers:
+            if publisher.claim.message_type == "rosgraph_msgs/msg/Clock":
+                publisher.repeat()
+
     def look(self) -> None:
         """Report incompatible peers that the searches in the background have found; call this also while no ticks run."""
         for watch in self._watches.values():

@@ -25,6 +25,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
     def __init__(self, network: EndpointHost, claim: EndpointClaim) -> None:
         super().__init__(claim)
         self.largest = 0
+        self._newest = b""
         self._network = network
         self._writer = network.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
         self._encode = Encoder(network.definitions).encode
@@ -62,12 +63,18 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
     def send(self, data: bytes) -> None:
         """Send an encoded message to the transport, sinks and taps."""
         self._writer.write(data)
+        self._newest = data
         if len(data) > self.largest:
             self.largest = len(data)
         for sink in self._network.sinks:
             sink.write(self.claim, data)
         for tap in self._network.taps:
             tap.write(self.claim, data)
+
+    def repeat(self) -> None:
+        """Send the newest message to the transport again, but not to sinks and taps."""
+        if self._newest:
+            self._writer.write(self._newest)
 
 
 class LiveSubscription(HeldEndpoint, Subscription, Stateful):
@@ -85,7 +92,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         """Number of received messages that nodes could read, or that were discarded when the subscription changed its type."""
         self._network = network
         depth = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_KEPT
-        self._arrived: deque[bytes] = deque(maxlen=depth)
+        self._arrived: deque[bytes] = deque(maxlen=MAX_KEPT if claim.topic in network.quotas else depth)
         self._visible: deque[bytes] = deque(maxlen=depth)
         self._reader = self._open()
 
@@ -105,6 +112,11 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
     def overwritten(self) -> int:
         """Number of received messages that newer messages replaced in a full queue before nodes could read them."""
         return self.heard - self._frozen - len(self._arrived)
+
+    @property
+    def waiting(self) -> int:
+        """Number of received messages that wait for a tick."""
+        return len(self._arrived)
 
     def follow(self, published: Collection[str]) -> None:
         """Switch to an alternative type if `published` contains it but not the current type."""
@@ -128,7 +140,8 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile."""
         if not self._arrived:
             return ()
-        arrived = [self._arrived.popleft() for _ in range(len(self._arrived))]
+        count = min(self.waiting, self._network.quotas.get(self.topic, MAX_KEPT))
+        arrived = [self._arrived.popleft() for _ in range(count)]
         before = len(self._visible)
         self._visible.extend(arrived)
         self._frozen += len(self._visible) - before

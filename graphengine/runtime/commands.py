@@ -7,7 +7,6 @@ the object. The services of simulation_interfaces and the keyboard of a run crea
 from __future__ import annotations
 
 import contextlib
-import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
@@ -17,10 +16,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from graphengine.devices.stage import Prim
-from graphengine.format import document as documents
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import StateError, UsageError
-from graphengine.format.spec_reader import validate
+from graphengine.format.spec_reader import read_given
 from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
@@ -317,10 +314,4 @@ def parse(name: str, arguments: Any = None) -> Command:
     given = {} if arguments is None else arguments
     if not isinstance(given, dict):
         raise UsageError(f"{name}: the arguments must be a mapping, not {shown(given)}")
-    findings = Findings()
-    document = documents.parse(json.dumps(given, default=str), name, findings)
-    command = validate(COMMANDS[name], document, given, findings) if document is not None else None
-    if command is None:
-        wrong = findings.errors[0]
-        raise UsageError("\n  ".join([f"{name}: {wrong.message.removeprefix('file: ')}", *wrong.help]))
-    return command
+    return read_given(COMMANDS[name], name, given)

@@ -19,6 +19,10 @@ IDLE = 0.25
 """Maximum wall time that a paused run sleeps before it checks again whether it should end, s; a command ends the sleep."""
 
 
+POLL = 0.001
+"""Wall time between two questions whether a gate opens, s."""
+
+
 class WaitingCommands(Protocol):
     """Commands from other threads that wait for the session, such as a `CommandQueue`."""
 
@@ -33,6 +37,16 @@ class WaitingCommands(Protocol):
 
     def close(self, reason: str) -> None:
         """Reject all waiting and all later commands."""
+
+
+class Gate(Protocol):
+    """Decides whether the next tick may begin, such as a `Lockstep` that waits for another program."""
+
+    def opens(self, frame: int, tick_period: tuple[int, int]) -> bool:
+        """Return whether the tick after tick `frame` may begin; an error ends the run between two ticks."""
+
+    def restart(self) -> None:
+        """Restart the wall time of a wait; called when the session plays, pauses or stops."""
 
 
 class RunControl:
@@ -53,6 +67,8 @@ class RunControl:
         """Gives the wall clock to nodes and receives the executed commands; a recorder or replay replaces it."""
         self.queue: WaitingCommands | None = None
         """Queue for commands from other threads; None: no queue, and `run` returns when the session is paused or stopped."""
+        self.gate: Gate | None = None
+        """Delays ticks; commands are executed meanwhile, and late ticks are not counted. A replay has no gate."""
         self.listeners: list[Callable[[], None]] = []
         """Functions that the session calls in its thread after each executed command and each change between two ticks."""
         self.late_ticks = 0
@@ -122,6 +138,8 @@ class RunControl:
         self.state, self._until = state, self.ticks
         if self._pacer is not None:
             self._pacer.begin()
+        if self.gate is not None:
+            self.gate.restart()
 
     @property
     def pace(self) -> float | None:
@@ -147,6 +165,12 @@ class RunControl:
         if self.state == "stopped":
             self.state = "paused"
         for _ in range(ticks):
+            while not self._may_tick():
+                self._sleep(POLL)
+                if self.queue is not None:
+                    self.queue.serve(self)
+                if self.interrupted:
+                    return
             self._tick()
 
     def run(
@@ -192,12 +216,20 @@ class RunControl:
             elif paced is not None and (early := paced.early()) > 0:
                 self._sleep(early)
                 continue
+            elif not self._may_tick():
+                if paced is not None:
+                    paced.begin()
+                self._sleep(POLL)
+                continue
             else:
                 self._tick()
                 if paced is not None and paced.count():
                     self.late_ticks += 1
             if on_tick is not None and not on_tick(self):
                 self.interrupted = True
+
+    def _may_tick(self) -> bool:
+        return self.gate is None or self.gate.opens(self.clock.frame, self.services.world.tick_period)
 
     def _serve(self) -> bool:
         """Execute the commands in the queue; return whether the run continues."""
