@@ -98,8 +98,7 @@ class Runner:
                 functools.partial(self._open_domain, domain), domain.id, self._take_peer_fault, scene.definitions
             )
             closing.callback(self.network.close)
-            entries = options.lockstep if options.lockstep is not None else scene.lockstep
-            gate = Lockstep(self.network, entries) if entries else None
+            gate = Lockstep(self.network, build.lockstep_of(scene, options.lockstep))
             self._open_channel(closing)
             closing.callback(self.queue.close, "the run has ended")
             self.session = build.start(
@@ -130,9 +129,6 @@ class Runner:
         check_choice("bad_values", options.bad_values, get_args(BadValues))
         if options.simulation_interfaces is not None:
             check_namespace(options.simulation_interfaces)
-        for entry in options.lockstep or ():
-            if wrong := build.unread(entry.topic, self.scene.claims):
-                raise UsageError("\n  ".join(("lockstep: " + wrong[0], *wrong[1:])))
         if options.record is not None:
             check_recording(options.record, force=options.force)
 

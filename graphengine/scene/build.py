@@ -25,7 +25,7 @@ from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.format.prim_paths import at_or_below
-from graphengine.format.spec import SceneSpec
+from graphengine.format.spec import LockstepSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import EndpointClaim, Network
@@ -198,7 +198,19 @@ def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
     return replace(scene, graphs=graphs, planned=planned, claims=claims)
 
 
-def unread(topic: str, claims: Sequence[EndpointClaim]) -> tuple[str, ...]:
+def lockstep_of(scene: LoadedScene, given: Sequence[LockstepSpec] | None) -> Sequence[LockstepSpec]:
+    """Return the topics on which a run of the scene waits for programs: the given ones, or those of the scene file.
+
+    Raises:
+        UsageError: no graph subscribes to a given topic.
+    """
+    for entry in given or ():
+        if wrong := _unread(entry.topic, scene.claims):
+            raise UsageError("\n  ".join(("lockstep: " + wrong[0], *wrong[1:])))
+    return scene.lockstep if given is None else given
+
+
+def _unread(topic: str, claims: Sequence[EndpointClaim]) -> tuple[str, ...]:
     """Return the message that no graph subscribes to a topic, and a line of help; empty if a graph does."""
     read = sorted({claim.topic for claim in claims if claim.direction == "subscribe"})
     if topic in read:
@@ -209,7 +221,7 @@ def unread(topic: str, claims: Sequence[EndpointClaim]) -> tuple[str, ...]:
 def _check_lockstep(scene: LoadedScene) -> None:
     """Add an error for each topic of `lockstep` to which no graph subscribes."""
     for index, entry in enumerate(scene.lockstep if not scene.findings.errors else ()):
-        if wrong := unread(entry.topic, scene.claims):
+        if wrong := _unread(entry.topic, scene.claims):
             assert scene.world is not None  # only a scene has the key
             document = scene.world.scenery.scene.document
             place = ("lockstep", index) if document.find("lockstep", index) else ("lockstep",)
