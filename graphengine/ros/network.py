@@ -120,6 +120,10 @@ class LiveNetwork(EndpointHost):
         """All endpoints that can receive messages: subscriptions, servers, then clients, each in creation order."""
         return [*self.subscriptions, *self._servers, *self._clients]
 
+    def publishes(self, topic: str) -> bool:
+        """Return whether a node of the session publishes a topic."""
+        return any(publisher.topic == topic for publisher in self.publishers)
+
     def leave(self, end: HeldEndpoint) -> None:
         """Remove a closed endpoint; the number of messages that it lost stays counted."""
         if isinstance(end, LivePublisher) and end in self.publishers:
@@ -136,6 +140,7 @@ class LiveNetwork(EndpointHost):
         if self._ticks % LOOK_EVERY == 0:
             self._follow()
         self._ticks += 1
+        self.faults.begin_tick()
         for end in self.hearing:
             arrived = end.freeze()
             if arrived:
@@ -174,6 +179,8 @@ class LiveNetwork(EndpointHost):
 
     def flush(self) -> None:
         """End a tick: send the published messages in order."""
+        for publisher in self.publishers:
+            publisher.publish_late()
         leaving, self.outbox = self.outbox, []
         for send, data in leaving:
             send(data)
@@ -182,20 +189,23 @@ class LiveNetwork(EndpointHost):
             client.end_tick()
 
     def forget_calls(self) -> None:
-        """Discard unanswered requests and calls; called when graphs restart."""
+        """Discard unanswered requests and calls, and end faults; called when graphs restart."""
+        self.faults.clear()
         for server in self._servers:
             server.forget_calls()
         for client in self._clients:
             client.forget_calls()
 
     def save(self) -> Any:
-        """Return a copy of the waiting messages, the open calls, and the state of the transports."""
+        """Return a copy of the waiting messages, the open calls, the faults, and the state of the transports."""
         ends = [(_key(end), end.save()) for end in self.hearing]
-        return self._ticks, ends, {domain: transport.save() for domain, transport in self._transports.items()}
+        transports = {domain: transport.save() for domain, transport in self._transports.items()}
+        return self._ticks, self.faults.save(), ends, transports
 
     def restore(self, saved: Any) -> None:
         """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
-        self._ticks, ends, transports = saved
+        self._ticks, faults, ends, transports = saved
+        self.faults.restore(faults)
         self.outbox.clear()
         known: defaultdict[object, deque[Any]] = defaultdict(deque)
         for key, state in ends:

@@ -56,9 +56,21 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
     def publish(self, message: Any) -> None:
         """Encode a message; its bytes are sent to the transport, sinks and taps at the end of the tick."""
-        self._network.outbox.append((self.send, self._encode(message)))
+        self._post(self._encode(message))
         if self.claim.transforms:
             self.latest = message
+
+    def publish_late(self) -> None:
+        """Publish the messages that a fault has delayed until this tick."""
+        if self.topic in self._network.faults:
+            self._post()
+
+    def _post(self, *encoded: bytes) -> None:
+        """Let messages wait for the end of the tick; a fault of the topic loses or delays them."""
+        faults = self._network.faults
+        if self.topic in faults:
+            encoded = tuple(faults.passing(self.topic, f"publish {self.claim.node}", encoded))
+        self._network.outbox += [(self.send, data) for data in encoded]
 
     def send(self, data: bytes) -> None:
         """Send an encoded message to the transport, sinks and taps."""
@@ -137,13 +149,18 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         self.heard += 1
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile."""
-        if not self._arrived:
+        """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile.
+
+        A fault of the topic loses or delays messages for nodes, but not in the result, so that a recording contains all messages.
+        """
+        faults, topic = self._network.faults, self.topic
+        faulty = topic in faults and not self._network.publishes(topic)
+        if not self._arrived and not faulty:
             return ()
-        count = min(self.waiting, self._network.quotas.get(self.topic, MAX_KEPT))
+        count = min(self.waiting, self._network.quotas.get(topic, MAX_KEPT))
         arrived = [self._arrived.popleft() for _ in range(count)]
         before = len(self._visible)
-        self._visible.extend(arrived)
+        self._visible.extend(faults.passing(topic, f"subscribe {self.claim.node}", arrived) if faulty else arrived)
         self._frozen += len(self._visible) - before
         return arrived
 

@@ -24,6 +24,7 @@ from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
 from graphengine.runtime.command import ChangeCommand, Command, EntityName
 from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, ResetRobot, Spawn
+from graphengine.runtime.fault_commands import Fault, Mend
 from graphengine.runtime.joint_command import JointCommand
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
@@ -229,6 +230,7 @@ class State(Command):
         robots = list(session.services.stage.prims("robot"))
         paths = {robot.path for robot in robots}
         dropped = session.services.dropped
+        faults = [*session.services.world.faults, *session.services.network.faults]
         counts = {
             "dropped_values": dict(dropped.ticks) if dropped is not None else {},
             "clamped_commands": dict(session.services.world.clamped_commands),
@@ -246,6 +248,7 @@ class State(Command):
                 if entity.kind == "object" and entity.prim_path not in paths
             ],
             **{name: count for name, count in counts.items() if count},
+            **({"faults": faults} if faults else {}),
             **({"findings": list(session.findings)} if session.findings else {}),
         }
 
@@ -294,7 +297,7 @@ class Quit(Command):
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, ResetRobot, Push)
 _KINDS += (JointCommand, Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance)
-_KINDS += (Topics, View, Quit)
+_KINDS += (Fault, Mend, Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 

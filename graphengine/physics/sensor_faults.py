@@ -1,0 +1,85 @@
+"""Faults of sensors: while a fault acts on a sensor, its readers get the samples that reach them instead of new ones."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+from graphengine.devices.device import SampleReader
+from graphengine.format.faults import Faults
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """What the readers of a faulty sensor get in a tick.
+
+    Attributes:
+        sample: the newest sample that reached them.
+        index: its number.
+        fresh: whether it reached them in this tick.
+    """
+
+    sample: Any
+    index: int
+    fresh: bool
+
+
+def make_faulty(handle: Any, reader: SampleReader) -> None:
+    """Let the methods of a sensor's class return `output` of the sensor while a fault acts on it.
+
+    Args:
+        handle: subclass of `Handle` that implements a sensor.
+        reader: names the method that returns a sample.
+    """
+    handle.reader, handle.kept = reader, (*handle.kept, "output")
+    read = getattr(handle, reader.method)
+
+    @functools.wraps(read)
+    def sample(self: Any) -> Any:
+        return read(self) if self.output is None else self.output.sample
+
+    setattr(handle, reader.method, sample)
+    if reader.lasts:
+        for name, faulty in (("due", _is_due), ("index", _index)):
+            if hasattr(handle, name):
+                setattr(handle, name, _property(getattr(handle, name), faulty))
+
+
+def _property(own: property, faulty: Any) -> property:
+    assert own.fget is not None
+    get = own.fget
+    return property(lambda self: get(self) if self.output is None else faulty(self), doc=own.__doc__)
+
+
+def _is_due(handle: Any) -> bool:
+    simulation, output = handle._simulation, handle.output
+    return output.fresh and (not simulation.stepping or simulation.in_first_step)
+
+
+def _index(handle: Any) -> int:
+    return handle.output.index  # type: ignore[no-any-return]
+
+
+def advance(handle: Any, key: str, faults: Faults) -> None:
+    """Take the sample of this tick, and determine what reaches the readers of a sensor; without a fault, end its output.
+
+    Args:
+        handle: sensor.
+        key: name of the handle in its table.
+        faults: faults that act in this tick, by prim path.
+    """
+    last: Output | None = handle.output
+    handle.output = None
+    if handle.prim_path not in faults:
+        return
+    reader: SampleReader = handle.reader
+    is_new = not reader.lasts or getattr(handle, "due", True)
+    sample = getattr(handle, reader.method)() if is_new or last is None else None
+    made = Output(sample, getattr(handle, "index", 0), fresh=True)
+    arrived = faults.passing(handle.prim_path, key, [made] if is_new and sample is not None else [])
+    if arrived:
+        handle.output = arrived[-1]
+    else:
+        kept = last or made
+        handle.output = Output(kept.sample if reader.lasts else None, kept.index, fresh=False)
