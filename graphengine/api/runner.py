@@ -111,7 +111,7 @@ class Runner:
                 fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
-            self.session.queue, self.session.gate = self.queue, gate
+            self.session.queue, self.session.gate = self.queue, gate.opens
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
             self._open_recorder(modules)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from graphengine.format.stateful import Stateful
@@ -13,8 +14,8 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
-    """A fault of one sensor or topic.
+class Impairment:
+    """The effect of a fault of one sensor or topic.
 
     Attributes:
         loss: probability with which an item is lost; 1: all are lost.
@@ -29,24 +30,19 @@ class Fault:
     seed: int = 0
 
 
-@dataclass(slots=True)
-class _Stream:
-    """What one receiver still gets: items with the number of the tick in which they arrive, and the number of all items."""
-
-    waiting: list[tuple[int, Any]] = field(default_factory=list)
-    count: int = 0
-
-
 class Faults(Stateful):
     """The faults that act on sensors or on topics, by name. When a fault ends, delayed items that have not arrived are lost."""
 
-    kept = ("_acting", "_ended", "_streams", "_tick")
+    kept = ("_acting", "_counts", "_ended", "_tick", "_waiting")
 
     def __init__(self) -> None:
         self._tick, self._ended = 0, False
-        self._acting: dict[str, tuple[Fault, float]] = {}
+        self._acting: dict[str, tuple[Impairment, float]] = {}
         """Each fault, and the number of the last tick in which it acts."""
-        self._streams: dict[tuple[str, str], _Stream] = {}
+        self._waiting: dict[tuple[str, str], list[tuple[int, Any]]] = {}
+        """Items on their way to each receiver of a sensor or topic, with the number of the tick in which they arrive."""
+        self._counts: Counter[tuple[str, str]] = Counter()
+        """Number of items since the fault began."""
 
     def __contains__(self, name: str) -> bool:
         return name in self._acting
@@ -54,7 +50,7 @@ class Faults(Stateful):
     def __iter__(self) -> Iterator[str]:
         return iter(self._acting)
 
-    def put(self, name: str, fault: Fault) -> None:
+    def put(self, name: str, fault: Impairment) -> None:
         """Let a fault act from the next tick on; it replaces the present fault of the sensor or topic."""
         self.lift(name)
         self._acting[name] = fault, float("inf") if fault.ticks is None else self._tick + fault.ticks
@@ -62,8 +58,8 @@ class Faults(Stateful):
     def lift(self, name: str) -> None:
         """End the fault of a sensor or topic, if there is one."""
         self._ended |= self._acting.pop(name, None) is not None
-        for key in [key for key in self._streams if key[0] == name]:
-            del self._streams[key]
+        for key in [key for key in self._waiting if key[0] == name]:
+            del self._counts[key], self._waiting[key]
 
     def clear(self) -> None:
         """End all faults."""
@@ -86,11 +82,12 @@ class Faults(Stateful):
             receiver: name of the receiver; each receiver loses other items.
             items: new items.
         """
-        fault, stream = self._acting[name][0], self._streams.setdefault((name, receiver), _Stream())
+        fault, key = self._acting[name][0], (name, receiver)
+        waiting = self._waiting.setdefault(key, [])
         for item in items:
-            stream.count += 1
-            if random.Random(f"{fault.seed} {name} {receiver} {stream.count}").random() >= fault.loss:
-                stream.waiting.append((self._tick + fault.delay, item))
-        arrived: list[T] = [item for tick, item in stream.waiting if tick <= self._tick]
-        stream.waiting = stream.waiting[len(arrived) :]
+            self._counts[key] += 1
+            if random.Random(f"{fault.seed} {name} {receiver} {self._counts[key]}").random() >= fault.loss:
+                waiting.append((self._tick + fault.delay, item))
+        arrived: list[T] = [item for tick, item in waiting if tick <= self._tick]
+        del waiting[: len(arrived)]
         return arrived

@@ -345,10 +345,6 @@ class LockstepSpec(FileSpec):
     """Longest wall time of a wait, such as 5s; then the run ends with an error."""
 
 
-def _as_entries(value: Any) -> Any:
-    return (value,) if isinstance(value, dict | LockstepSpec) else value
-
-
 def _one_of_each(entries: tuple[LockstepSpec, ...]) -> tuple[LockstepSpec, ...]:
     topics = [entry.topic for entry in entries]
     for topic in topics:
@@ -361,7 +357,10 @@ LockstepSpecs = Annotated[
     tuple[LockstepSpec, ...],
     Field(strict=False, max_length=1000),
     AfterValidator(_one_of_each),
-    BeforeValidator(_as_entries, json_schema_input_type=LockstepSpec | tuple[LockstepSpec, ...]),
+    BeforeValidator(
+        lambda value: (value,) if isinstance(value, dict) else value,
+        json_schema_input_type=LockstepSpec | tuple[LockstepSpec, ...],
+    ),
 ]
 """One entry, or a list of them: one for each topic."""
 

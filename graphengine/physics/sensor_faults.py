@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,31 +35,21 @@ def make_faulty(handle: Any, reader: SampleReader) -> None:
     """
     handle.reader, handle.kept = reader, (*handle.kept, "output")
     read = getattr(handle, reader.method)
-
-    @functools.wraps(read)
-    def sample(self: Any) -> Any:
-        return read(self) if self.output is None else self.output.sample
-
-    setattr(handle, reader.method, sample)
-    if reader.lasts:
-        for name, faulty in (("due", _is_due), ("index", _index)):
-            if hasattr(handle, name):
-                setattr(handle, name, _property(getattr(handle, name), faulty))
+    faulty = _unless_faulty(read, lambda sensor: sensor.output.sample)
+    setattr(handle, reader.method, functools.wraps(read)(faulty))
+    for name, output in (("due", _is_due), ("index", lambda sensor: sensor.output.index)) if reader.lasts else ():
+        if isinstance(own := getattr(handle, name, None), property):
+            setattr(handle, name, property(_unless_faulty(own.fget, output), doc=own.__doc__))
 
 
-def _property(own: property, faulty: Any) -> property:
-    assert own.fget is not None
-    get = own.fget
-    return property(lambda self: get(self) if self.output is None else faulty(self), doc=own.__doc__)
+def _unless_faulty(read: Any, output: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    return lambda sensor: read(sensor) if sensor.output is None else output(sensor)
 
 
-def _is_due(handle: Any) -> bool:
-    simulation, output = handle._simulation, handle.output
+def _is_due(sensor: Any) -> bool:
+    """Return whether a sample reached the readers in this tick; graphs that run per physics step get it in the next tick."""
+    simulation, output = sensor._simulation, sensor.output
     return output.fresh and (not simulation.stepping or simulation.in_first_step)
-
-
-def _index(handle: Any) -> int:
-    return handle.output.index  # type: ignore[no-any-return]
 
 
 def advance(handle: Any, key: str, faults: Faults) -> None:

@@ -50,9 +50,5 @@ class EndpointHost(Network):
         """Return the transport for the handle of a ROS 2 context; join its domain at the first call."""
 
     @abstractmethod
-    def publishes(self, topic: str) -> bool:
-        """Return whether a node of the session publishes a topic."""
-
-    @abstractmethod
     def leave(self, end: HeldEndpoint) -> None:
         """Remove a closed endpoint; the number of messages that it lost stays counted."""

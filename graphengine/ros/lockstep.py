@@ -16,6 +16,8 @@ REPEAT = 0.2
 
 A program also gets this time between its discovery and its first answer, to discover the subscriptions of this run.
 """
+PAUSE = 0.25
+"""Wall time between two questions whether a tick may begin, s, after which the timeout of a wait starts again."""
 MAX_AHEAD = 10
 """Largest number of periods for which messages may wait; if more wait, the program sends more than lockstep takes."""
 
@@ -38,13 +40,9 @@ class Lockstep:
         network.quotas.update((entry.topic, 0) for entry in entries)
         self._since: float | None = None
         """Wall time at which the present wait began; None: no wait."""
-        self._repeated = 0.0
+        self._asked = self._repeated = 0.0
         self._found: dict[str, float] = {}
         """Wall time at which a program was found that publishes a topic."""
-
-    def restart(self) -> None:
-        """Restart the wall time of a wait, as after a pause."""
-        self._since = None
 
     def opens(self, frame: int, tick_period: tuple[int, int]) -> bool:
         """Return whether the next tick may begin; call this again and again while it may not.
@@ -61,8 +59,9 @@ class Lockstep:
         if not missing:
             self._since = None
             return True
-        if self._since is None:
-            self._since, self._repeated = now, now
+        if self._since is None or now - self._asked > PAUSE:
+            self._since = self._repeated = now
+        self._asked = now
         for entry in missing:
             if now - self._since >= entry.timeout:
                 self._since = None
@@ -90,11 +89,8 @@ class Lockstep:
 
     def _is_found(self, subscription: LiveSubscription) -> bool:
         """Return whether a program has published the topic of a subscription for long enough to know the subscription."""
-        transport, topic, now = (
-            self._network.transport(subscription.claim.ros_context),
-            subscription.topic,
-            time.monotonic(),
-        )
+        transport, topic = self._network.transport(subscription.claim.ros_context), subscription.topic
+        now = time.monotonic()
         if transport.spin_time == 0.0:  # there is no discovery
             return True
         if topic not in self._found and transport.graph({(topic, "publish")}).publishers(topic):
@@ -112,10 +108,10 @@ class Lockstep:
             why = "a program publishes the topic: make it answer /clock (use_sim_time), or set its period or a longer timeout"
         else:
             why = "no program publishes the topic: start the program under test, in the ROS domain of this run"
-        came = (
-            f"{min(one.waiting for one in subscriptions)} of {entry.messages} messages came within {entry.timeout:g} s"
+        came = f"{min(one.waiting for one in subscriptions)} of {entry.messages} messages came"
+        return (
+            f"{entry.topic}: {came} within {entry.timeout:g} s where lockstep waits for them, at t = {at:g} s\n  {why}"
         )
-        return f"{entry.topic}: {came} where lockstep waits for them, at t = {at:g} s\n  {why}"
 
 
 def _ends(entry: LockstepSpec, frame: int, tick: Fraction) -> bool:

@@ -120,10 +120,6 @@ class LiveNetwork(EndpointHost):
         """All endpoints that can receive messages: subscriptions, servers, then clients, each in creation order."""
         return [*self.subscriptions, *self._servers, *self._clients]
 
-    def publishes(self, topic: str) -> bool:
-        """Return whether a node of the session publishes a topic."""
-        return any(publisher.topic == topic for publisher in self.publishers)
-
     def leave(self, end: HeldEndpoint) -> None:
         """Remove a closed endpoint; the number of messages that it lost stays counted."""
         if isinstance(end, LivePublisher) and end in self.publishers:

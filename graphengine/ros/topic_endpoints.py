@@ -154,14 +154,15 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         A fault of the topic loses or delays messages for nodes, but not in the result, so that a recording contains all messages.
         """
         faults, topic = self._network.faults, self.topic
-        faulty = topic in faults and not self._network.publishes(topic)
+        faulty = topic in faults and all(publisher.topic != topic for publisher in self._network.publishers)
         if not self._arrived and not faulty:
             return ()
         count = min(self.waiting, self._network.quotas.get(topic, MAX_KEPT))
         arrived = [self._arrived.popleft() for _ in range(count)]
-        before = len(self._visible)
-        self._visible.extend(faults.passing(topic, f"subscribe {self.claim.node}", arrived) if faulty else arrived)
-        self._frozen += len(self._visible) - before
+        passed = faults.passing(topic, f"subscribe {self.claim.node}", arrived) if faulty else arrived
+        overflow = len(self._visible) + len(passed)
+        self._visible.extend(passed)
+        self._frozen += len(arrived) - (overflow - len(self._visible))
         return arrived
 
     def newest(self) -> Any | None:

@@ -6,10 +6,9 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from graphengine.devices.robot_sensors import is_sensor, sensors_of
-from graphengine.format import faults
+from graphengine.devices.robot_sensors import sensors_of
 from graphengine.format.errors import UnknownEntityError
-from graphengine.format.faults import Faults
+from graphengine.format.faults import Faults, Impairment
 from graphengine.format.spec import Positive
 from graphengine.format.wording import unknown
 from graphengine.runtime.command import ChangeCommand, EntityName
@@ -43,11 +42,10 @@ class _Target(ChangeCommand):
             for name, robot in stage.robots().items()
             for sensor, prim in sensors_of(stage, robot).items()
         }
-        if self.sensor in (prim.path for prim in stage.prims() if is_sensor(prim)):
-            return services.world.faults, self.sensor
-        if self.sensor not in known:
+        path = known.get(self.sensor, self.sensor)
+        if path not in known.values():
             raise UnknownEntityError(unknown("sensor", self.sensor, known))
-        return services.world.faults, known[self.sensor]
+        return services.world.faults, path
 
 
 class Fault(_Target):
@@ -71,12 +69,11 @@ class Fault(_Target):
         return self
 
     def _apply(self, session: SessionCore) -> None:
-        acting, name = self._find(session)
-        tick = session.clock.delta
+        (acting, name), tick = self._find(session), session.clock.delta
         loss = 1.0 if self.silent else self.dropout or 0.0
         delay = max(round(self.delay / tick), 1) if self.delay is not None else 0
         ticks = max(round(self.duration / tick), 1) if self.duration is not None else None
-        acting.put(name, faults.Fault(loss, delay, ticks, session.services.seed))
+        acting.put(name, Impairment(loss, delay, ticks, session.services.seed))
         self._record(session, **self.model_dump(exclude_defaults=True))
 
 

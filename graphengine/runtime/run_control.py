@@ -17,8 +17,6 @@ SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
 """Maximum wall time that a paused run sleeps before it checks again whether it should end, s; a command ends the sleep."""
-
-
 POLL = 0.001
 """Wall time between two questions whether a gate opens, s."""
 
@@ -39,14 +37,8 @@ class WaitingCommands(Protocol):
         """Reject all waiting and all later commands."""
 
 
-class Gate(Protocol):
-    """Decides whether the next tick may begin, such as a `Lockstep` that waits for another program."""
-
-    def opens(self, frame: int, tick_period: tuple[int, int]) -> bool:
-        """Return whether the tick after tick `frame` may begin; an error ends the run between two ticks."""
-
-    def restart(self) -> None:
-        """Restart the wall time of a wait; called when the session plays, pauses or stops."""
+Gate = Callable[[int, tuple[int, int]], bool]
+"""Returns whether the next tick may begin, given the number of the last tick and the tick period; an error ends the run."""
 
 
 class RunControl:
@@ -68,7 +60,7 @@ class RunControl:
         self.queue: WaitingCommands | None = None
         """Queue for commands from other threads; None: no queue, and `run` returns when the session is paused or stopped."""
         self.gate: Gate | None = None
-        """Delays ticks; commands are executed meanwhile, and late ticks are not counted. A replay has no gate."""
+        """Delays ticks, as `Lockstep.opens` does; commands are executed meanwhile. A replay has no gate."""
         self.listeners: list[Callable[[], None]] = []
         """Functions that the session calls in its thread after each executed command and each change between two ticks."""
         self.late_ticks = 0
@@ -138,8 +130,6 @@ class RunControl:
         self.state, self._until = state, self.ticks
         if self._pacer is not None:
             self._pacer.begin()
-        if self.gate is not None:
-            self.gate.restart()
 
     @property
     def pace(self) -> float | None:
@@ -229,7 +219,7 @@ class RunControl:
                 self.interrupted = True
 
     def _may_tick(self) -> bool:
-        return self.gate is None or self.gate.opens(self.clock.frame, self.services.world.tick_period)
+        return self.gate is None or self.gate(self.clock.frame, self.services.world.tick_period)
 
     def _serve(self) -> bool:
         """Execute the commands in the queue; return whether the run continues."""
