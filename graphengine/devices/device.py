@@ -64,6 +64,24 @@ class Stub(Shared):
         self.due, self.index = False, 0
 
 
+class SampleReader:
+    """Calls a method of a device in the ticks with a new sample: in all ticks if it has no rate.
+
+    Args:
+        method: name of the method, which returns a sample.
+    """
+
+    lasts = True
+    """Whether the method returns the newest sample also in ticks without a new one; otherwise it then returns None."""
+
+    def __init__(self, method: str) -> None:
+        self.method = method
+
+    def __call__(self, device: Any) -> Any:
+        """Return the sample of this tick, or None."""
+        return getattr(device, self.method)() if getattr(device, "due", True) else None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Device:
     """A registered kind of device.
@@ -77,7 +95,7 @@ class Device:
         child: name of the device's prim, which is a child of the mount's prim; empty if the mount's prim is the device.
         orientation: orientation of the device's prim in the mount's frame.
         in_rigs: whether a rig, a sensor that consists of several devices, may contain devices of this kind.
-        sample: function that returns the sample of a device in this tick, or None if it has no new one; called once in each tick,
+        sample: reader that returns the sample of a device in this tick, or None if it has no new one; called once in each tick,
             after the graphs. None for a device that is no sensor.
         ticks_only: whether the device has at most one sample per tick. Graphs that run at physics steps cannot read such devices.
     """
@@ -89,13 +107,13 @@ class Device:
     child: str = ""
     orientation: Quaternion = IDENTITY
     in_rigs: bool = False
-    sample: Callable[[Any], Any] | None = None
+    sample: SampleReader | None = None
     ticks_only: bool = False
 
 
-def when_due(method: str) -> Callable[[Any], Any]:
-    """Return a function that calls this method of a device in the ticks with a new sample: in all ticks if it has no rate."""
-    return lambda device: getattr(device, method)() if getattr(device, "due", True) else None
+def when_due(method: str) -> SampleReader:
+    """Return the reader that calls this method of a device."""
+    return SampleReader(method)
 
 
 DEVICE_OF: dict[Any, Device] = {}

@@ -52,6 +52,7 @@ CODES: dict[str, str] = {
     "G308": "message type that cannot be used",
     "G309": "service with two servers",
     "G310": "target for a joint that moves freely",
+    "G311": "lockstep with a topic that no graph reads",
     "G401": "file that cannot be imported",
     "G402": "graph that cannot be exported",
     "S101": "file of a scene not found, or of a kind that is not read",

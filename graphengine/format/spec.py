@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from graphengine.format.durations import duration
 from graphengine.format.key_docs import key_docs
 from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
 from graphengine.format.wording import shown
@@ -64,6 +65,13 @@ Direction = Annotated[Vector, AfterValidator(_not_zero)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Duration = Annotated[
+    Positive,
+    BeforeValidator(
+        lambda value: duration(value) if isinstance(value, str) else value, json_schema_input_type=float | str
+    ),
+]
+"""Seconds, as a number or as text such as `500ms`."""
 Gain = Annotated[float, Field(ge=0, le=1e12)]
 Speed = Annotated[float, Field(ge=-1e10, le=1e10)]
 Format = Annotated[
@@ -324,6 +332,39 @@ class RobotUse(FileSpec):
         return self
 
 
+class LockstepSpec(FileSpec):
+    """A topic on which the run waits for a program: where each period ends, the next tick waits for the program's messages."""
+
+    topic: Annotated[str, Field(max_length=1000)]
+    """Full name of a topic to which graphs subscribe, such as /dd100_0000/cmd_vel."""
+    period: Duration
+    """Simulation time between two waits, such as 0.1s: the period with which the program sends its messages."""
+    messages: int = Field(default=1, ge=1, le=1000)
+    """Number of messages in each period; the first tick after the period receives exactly these, in order of arrival."""
+    timeout: Duration = 5.0
+    """Longest wall time of a wait, such as 5s; then the run ends with an error."""
+
+
+def _one_of_each(entries: tuple[LockstepSpec, ...]) -> tuple[LockstepSpec, ...]:
+    topics = [entry.topic for entry in entries]
+    for topic in topics:
+        if topics.count(topic) > 1:
+            raise ValueError(f"{topic} has two entries; write one for each topic")
+    return entries
+
+
+LockstepSpecs = Annotated[
+    tuple[LockstepSpec, ...],
+    Field(strict=False, max_length=1000),
+    AfterValidator(_one_of_each),
+    BeforeValidator(
+        lambda value: (value,) if isinstance(value, dict) else value,
+        json_schema_input_type=LockstepSpec | tuple[LockstepSpec, ...],
+    ),
+]
+"""One entry, or a list of them: one for each topic."""
+
+
 class SceneSpec(FileSpec):
     """A scene file: a world, its robots, and graphs outside of robots."""
 
@@ -346,5 +387,7 @@ class SceneSpec(FileSpec):
     """Graphs outside of robots, as name: {use: graphs/clock.yaml, at: /World/clock}."""
     namespaces: dict[PrimPath, Namespace] = {}
     """ROS 2 namespaces (`isaac:namespace`) of prims of the world, robots, graphs or nodes, by prim path."""
+    lockstep: LockstepSpecs = ()
+    """Topics on which the run waits for programs, as {topic: /dd100_0000/cmd_vel, period: 0.1s}, or a list of such entries."""
     tf: Literal["namespaced", "global"] = "namespaced"
     """`namespaced`: each robot has TF topics in its namespace; `global`: all robots share /tf; frame names have namespaces."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
+from graphengine.devices.device import SampleReader
 from graphengine.devices.stage import Prim
+from graphengine.format.faults import Faults
 from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
+from graphengine.physics.sensor_faults import Output, advance
 
 S = TypeVar("S")
 
@@ -19,6 +22,11 @@ class Handle(Stateful, Generic[S]):
     """Whether the simulation calls the `see_...` methods of the handle in every physics step."""
     casts_rays: ClassVar[bool] = False
     """Whether the handle casts rays; their kernels are compiled before the nodes of a session are set up."""
+
+    reader: ClassVar[SampleReader | None] = None
+    """Reads the samples of a sensor; None for other handles."""
+    output: Output | None = None
+    """What the readers of a sensor get while a fault acts on it; None without a fault."""
 
     def __init__(self, simulation: S, prim: Prim) -> None:
         self._simulation = simulation
@@ -82,6 +90,12 @@ class HandleTable:
             self._handles.pop(key).reset()
         self._changed()
 
+    def advance(self, faults: Faults) -> None:
+        """Determine what the readers of all sensors get in this tick."""
+        for (_, key), handle in self._handles.items():
+            if handle.reader is not None:
+                advance(handle, key, faults)
+
     def save(self) -> dict[tuple[type[Handle[Any]], str], Any]:
         """Return the states of all handles."""
         return {key: handle.save() for key, handle in self._handles.items()}
@@ -104,6 +118,7 @@ class HandleTable:
         for (_, key), handle in self._handles.items():
             if not prim_path or at_or_below(key, prim_path):
                 handle.reset()
+                handle.output = None
 
     def clear(self) -> None:
         """Release all handles."""

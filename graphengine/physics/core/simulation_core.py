@@ -28,7 +28,7 @@ class SavedState:
         data: MuJoCo's state.
         mounts: poses of the bodies that are fixed to the world and were moved.
         gravity: acceleration of free fall in the world frame, m/s2.
-        parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces and welds.
+        parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces, welds and faults.
         surfaces: names of the bodies that have moving surfaces.
         handles: states of the handles (such as sensor samples), by handle class and key.
         held: coordinates of the bodies that are held at their poses, by path of the placed prim.
@@ -145,6 +145,8 @@ class SimulationCore(SimulationModel):
     def begin_tick(self, tick: int) -> None:
         """Set the number of the current tick, which determines `time` and which sensors have a new sample."""
         self.tick = tick
+        if self.faults.begin_tick():
+            self.handles.advance(self.faults)
 
     def zero_commands(self) -> None:
         """Set the target velocity and effort of all joints to zero; drives then bring them to rest."""
@@ -182,6 +184,7 @@ class SimulationCore(SimulationModel):
     def reset_time(self) -> None:
         """Set the tick and step counts to zero and discard the sensors' samples; bodies and joints keep their state."""
         self.tick = self.steps = 0
+        self.faults.clear()
         self.handles.reset()
         self.dropped_pictures.clear()
 
@@ -227,7 +230,16 @@ class SimulationCore(SimulationModel):
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
-        return self.set_points, self.limits, self.pushes, self._frictions, self._lights, self.surfaces, self.welds
+        return (
+            self.set_points,
+            self.limits,
+            self.pushes,
+            self._frictions,
+            self._lights,
+            self.surfaces,
+            self.welds,
+            self.faults,
+        )
 
     def close(self) -> None:
         """Release all handles."""

@@ -10,6 +10,7 @@ import numpy as np
 from graphengine.descriptions.engine import mujoco, round_weights, sort_geoms, wake
 from graphengine.devices.rotation import Pose, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
+from graphengine.format.faults import Faults
 from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
 from graphengine.physics.core.handle_table import HandleTable
@@ -88,6 +89,8 @@ class SimulationModel(Stateful):
         self._mounts = Mounts()
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
+        self.faults = Faults()
+        """Faults of sensors, by prim path."""
         self.pushes = Pushes()
         self.surfaces = MovingSurfaces()
         self.welds = Welds()

@@ -1,0 +1,19 @@
+"""Durations as users write them, such as `0.1s`, `500ms` or `2min`."""
+
+from __future__ import annotations
+
+import re
+
+_UNITS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
+
+
+def duration(text: str) -> float:
+    """Parse a duration such as `10`, `10s`, `500ms` or `2min`; return it in seconds.
+
+    Raises:
+        ValueError: the text is not a duration.
+    """
+    match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
+    if match is None:
+        raise ValueError(f"{text.strip()!r} is not a time; write 10, 10s, 500ms or 2min")
+    return float(match[1]) * _UNITS[match[2]]
