@@ -95,7 +95,7 @@ class Track:
         if time < self._start:
             return self._waiting
         if not self._period:
-            return _at(self._first, time - self._start, self._start) if time < self._over.begin else self._over
+            return _at(self._first, time, self._start) if time < self._over.begin else self._over
         lap = math.floor((time - self._start) / self._period)
         lap += (self._start + (lap + 1) * self._period <= time) - (self._start + lap * self._period > time)  # rounding
         begin, end = (self._start + number * self._period for number in (lap, lap + 1))
