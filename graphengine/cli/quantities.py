@@ -16,7 +16,7 @@ from graphengine.runtime.pacer import SLOWEST
 def duration(text: str) -> float:
     """Parse a time such as `10`, `10s`, `500ms` or `2min`; return it in seconds."""
     try:
-        return durations.duration(text)
+        return durations.seconds(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
