@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from graphengine.bringup.robots.gazebo_force_torque import force_torque
 from graphengine.bringup.robots.gazebo_navsat import navsat
-from graphengine.bringup.robots.gazebo_values import Figures, Subject, UnusableError, Values, noise, rate
+from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Figures, Subject, UnusableError, Values, noise, rate
 from graphengine.descriptions.files.xml import numbers
 from graphengine.format.wording import printable
 
@@ -186,21 +186,7 @@ READERS: dict[str, Callable[[Values, Subject], Figures]] = {
     "force_torque": force_torque,
 }
 """Function that converts a sensor, by sensor type in SDF."""
-NO_LIKE = {
-    "magnetometer": "a magnetometer",
-    "altimeter": "an altimeter",
-    "air_pressure": "a barometer",
-    "air_speed": "an air speed sensor",
-    "logical_camera": "a logical camera",
-    "thermal_camera": "a thermal camera",
-    "thermal": "a thermal camera",
-    "multicamera": "a sensor of several cameras; write a sensor for each",
-    "wideanglecamera": "a camera that is no pinhole",
-    "wide_angle_camera": "a camera that is no pinhole",
-    "segmentation": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
-    "segmentation_camera": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
-    "boundingbox_camera": "a bounding box camera; a camera's graph publishes boxes by ROS2CameraHelper",
-}
+NO_LIKE = GAZEBO_NAMES["no_like"]
 """Description of sensor types without an equivalent, by sensor type in SDF; it completes `there is nothing like ...`."""
 
 
