@@ -66,8 +66,10 @@ _TABLES = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
 CONTROLLERS = {kind: BaseNames(**names) for kind, names in _TABLES["controllers"].items()}
 """Names of parameters by the last part of a controller's type."""
 PLUGINS = {pattern: BaseNames(**names) for pattern, names in _TABLES["plugins"].items()}
-"""Names of tags, by a pattern of a plugin's file name or name in lower case; `max_wheel_acceleration` and `wheelAcceleration` are
-those of Gazebo classic, where it is that of the rim of a wheel."""
+"""Names of tags, by a pattern of a plugin's file name or name in lower case.
+
+The accelerations `max_wheel_acceleration` and `wheelAcceleration` of Gazebo classic are those of the rim of a wheel, in m/s2.
+"""
 REAR_STEERED = {"rear_wheels_names": "front_wheels_names", "front_wheels_names": "rear_wheels_names"}
 """Names that a controller exchanges if its parameter `front_steering` is false."""
 MILLISECONDS = "TricycleController"
