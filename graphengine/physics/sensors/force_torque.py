@@ -82,10 +82,6 @@ class JointWrenchSensor(TickSampled[Wrench]):
         torque = torque + np.cross(self._centre - position, force)
         return self._sign * np.concatenate((force @ axes, torque @ axes))
 
-    def reading(self) -> Wrench:
-        """Return the newest sample; all callers get the same object."""
-        return self._sample()
-
     def _make_sample(self, index: int) -> Wrench:
         values = self._sum / self._simulation.substeps
         if self._noise.any():

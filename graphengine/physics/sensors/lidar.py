@@ -206,7 +206,7 @@ class RayLidar(RaySensor[Scan]):
 
     def scan(self) -> Scan:
         """Return the newest sample; all callers get the same object."""
-        return self._sample()
+        return self.reading()
 
     def _make_sample(self, index: int) -> Scan:
         near, far = self.ranges

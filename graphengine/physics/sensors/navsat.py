@@ -55,10 +55,6 @@ class NavSatReceiver(TickSampled[NavSatReading]):
         super().bind()
         self._plane = TangentPlane(*(earth_of(self._simulation.model) or (0.0, 0.0, 0.0, 0.0)))
 
-    def reading(self) -> NavSatReading:
-        """Return the newest sample; all callers get the same object."""
-        return self._sample()
-
     def _make_sample(self, index: int) -> NavSatReading:
         time, level = self._simulation.time, self.horizontal_noise
         if self._is_out():

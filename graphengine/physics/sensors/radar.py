@@ -59,7 +59,7 @@ class RayRadar(RaySensor[Detections]):
 
     def detections(self) -> Detections:
         """Return the newest sample; all callers get the same object."""
-        return self._sample()
+        return self.reading()
 
     def _make_sample(self, index: int) -> Detections:
         (near, far), facts = self.ranges, self._prim.facts

@@ -61,10 +61,6 @@ class RayCone(RaySensor[RangeReading]):
         self.directions = cone_directions(self.field_of_view, self._prim.facts["rings"])
         super()._set_up()
 
-    def reading(self) -> RangeReading:
-        """Return the newest sample; all callers get the same object."""
-        return self._sample()
-
     def _make_sample(self, index: int) -> RangeReading:
         near, far = self.ranges
         distances, _ = self.cast()

@@ -78,7 +78,7 @@ class TickSampled(Sampled, Generic[S]):
         """Discard the newest sample."""
         self._newest = None
 
-    def _sample(self) -> S:
+    def reading(self) -> S:
         """Return the newest sample, which is measured when it is first requested in its tick; all callers get the same object.
 
         If no node requested the sample in its tick, it is measured now with its own number and the current time, and not kept.
