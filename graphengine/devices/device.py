@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from graphengine.devices.rotation import IDENTITY, Quaternion
 from graphengine.devices.stage import Prim
@@ -18,6 +18,7 @@ from graphengine.format.kinds import DEVICES
 from graphengine.format.stateful import Shared
 
 D = TypeVar("D")
+R = TypeVar("R")
 
 
 class Sensor(Protocol):
@@ -55,13 +56,27 @@ class Stub(Shared):
     """Base class of device stubs, which stand in for devices in `graphrun check` and in tests. Tests set their readings.
 
     Args:
-        prim: prim of the device; its `facts` hold the values of the device's profile. A missing value gets a default.
+        prim: prim of the device; its `facts` hold the values of the device's profile, which replace the class attributes of the
+            same names.
     """
+
+    rate = 30.0
+    due = False
+    index = 0
 
     def __init__(self, prim: Prim) -> None:
         self.prim_path = prim.path
-        self.rate: float = prim.facts.get("rate", 30.0)
-        self.due, self.index = False, 0
+        vars(self).update({name: value for name, value in prim.facts.items() if hasattr(self, name)})
+
+
+class ReadingStub(Stub, Generic[R]):
+    """Base class of stubs whose reading a test assigns to `measured`, or sets by a method `measure` of the subclass."""
+
+    measured: R
+
+    def reading(self) -> R:
+        """Return the value of `measured`."""
+        return self.measured
 
 
 class SampleReader:

@@ -32,7 +32,11 @@ class Handle(Stateful, Generic[S]):
         self._simulation = simulation
         self._prim = prim
         self.prim_path = prim.path
+        self._set_up()
         self.bind()
+
+    def _set_up(self) -> None:
+        """Set the attributes that do not depend on the current model; called once, before the first `bind`."""
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
@@ -40,8 +44,7 @@ class Handle(Stateful, Generic[S]):
         return prim.path
 
     def bind(self) -> None:
-        """Look up the prim's ids and array views in the simulation's current model."""
-        raise NotImplementedError
+        """Look up the prim's ids and array views in the simulation's current model, if the handle needs any."""
 
     def reset(self) -> None:
         """Discard all measurements; called when the simulation or only its time is reset, and when the handle is released.
