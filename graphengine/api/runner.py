@@ -24,6 +24,7 @@ from graphengine.format.stateful import Stateful
 from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
 from graphengine.ros.domain import Domain
+from graphengine.ros.lockstep import Lockstep
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions, Transport, Writer
 from graphengine.ros.transports.select import AUTO, find_transport, open_transport
@@ -97,6 +98,7 @@ class Runner:
                 functools.partial(self._open_domain, domain), domain.id, self._take_peer_fault, scene.definitions
             )
             closing.callback(self.network.close)
+            gate = Lockstep(self.network, build.lockstep_of(scene, options.lockstep))
             self._open_channel(closing)
             closing.callback(self.queue.close, "the run has ended")
             self.session = build.start(
@@ -109,7 +111,7 @@ class Runner:
                 fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
-            self.session.queue = self.queue
+            self.session.queue, self.session.gate = self.queue, gate.opens
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
             self._open_recorder(modules)

@@ -21,14 +21,6 @@ if TYPE_CHECKING:
 SUFFIX = ".scenario.yaml"
 
 
-class ScenarioError(Exception):
-    """A scenario file has errors, or a run could not be made or judged."""
-
-
-class NotMetError(AssertionError):
-    """A run did not meet an expectation."""
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options of scenarios."""
     group = parser.getgroup("graphengine", "scenarios of graphengine")
@@ -82,13 +74,9 @@ class ScenarioFile(pytest.File):
         findings = Findings()
         scenario = read_scenario(self.path, findings)
         if scenario is None:
-            raise ScenarioError("\n".join(map(str, findings.sorted())))
+            raise self.CollectError("\n".join(finding.render() for finding in findings.sorted()))
         for case in scenario.cases():
             yield ScenarioItem.from_parent(self, name=case.name, scenario=scenario, case=case)
-
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Return the findings, without the traceback of the plugin."""
-        return str(excinfo.value) if isinstance(excinfo.value, ScenarioError) else super().repr_failure(excinfo)
 
 
 class ScenarioItem(pytest.Item):
@@ -114,7 +102,7 @@ class ScenarioItem(pytest.Item):
         self._note(results)
         errors = [result for result in results if result.outcome == "error"]
         if errors:
-            raise ScenarioError(errors[0].report())
+            pytest.fail(errors[0].report(), pytrace=False)
         passed = sum(result.outcome == "passed" for result in results)
         if passed < (spec.runs if spec.pass_ is None else spec.pass_):
             failed = next(result for result in results if result.outcome == "failed")
@@ -122,9 +110,9 @@ class ScenarioItem(pytest.Item):
             self._failure = "\n".join(filter(None, parts))
 
     def runtest(self) -> None:
-        """Raise NotMetError if too few runs passed."""
+        """Fail if too few runs passed."""
         if self._failure:
-            raise NotMetError(self._failure)
+            pytest.fail(self._failure, pytrace=False)
 
     def _again(self, run: int) -> str:
         """Return how often a failed run fails with the same seed, if it is to be repeated."""
@@ -155,12 +143,6 @@ class ScenarioItem(pytest.Item):
     def _folder(self) -> Path | None:
         folder = self.config.option.record_failures
         return Path(folder, re.sub(r"[^\w.=+-]", "_", self._case.name)) if folder is not None else None
-
-    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Return what was not met, without the traceback of the plugin."""
-        if isinstance(excinfo.value, ScenarioError | NotMetError):
-            return str(excinfo.value)
-        return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
         """Return file, line and name of the test."""

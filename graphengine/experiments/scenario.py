@@ -11,11 +11,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from graphengine.experiments.durations import Period
 from graphengine.experiments.expectation_specs import ExpectationSpec
 from graphengine.experiments.metric_specs import MetricSpec
 from graphengine.experiments.steps import StepSpec
 from graphengine.format.diagnostics import Findings
+from graphengine.format.durations import Period
 from graphengine.format.errors import UsageError
 from graphengine.format.legal_names import Name
 from graphengine.format.spec import FileSpec, Format

@@ -14,9 +14,9 @@ from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.readings import readings_of
 from graphengine.api.session import Session
 from graphengine.api.session_control import RECORDED_COMMANDS
-from graphengine.experiments.durations import Duration, Period, seconds
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.waiting import WaitSpec
+from graphengine.format.durations import Duration, Period, in_seconds
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.format.spec import FileSpec, Spec
 from graphengine.format.spec_reader import keys_of
@@ -120,13 +120,14 @@ class _Step(FileSpec):
     @classmethod
     def _duration_or_condition(cls, value: Any) -> Any:
         try:
-            return seconds(value)
+            return in_seconds(value)
         except ValueError:
             return value
 
     @model_validator(mode="before")
     @classmethod
     def _has_one_key(cls, value: Any) -> Any:
+        value = _with_seconds(value)
         if isinstance(value, dict) and len(known := [key for key in value if key in keys_of(cls)]) > 1:
             raise ValueError(f"a step has one key, got {' and '.join(map(repr, known))}; write them as separate steps")
         if value == {}:
@@ -152,6 +153,18 @@ class _Step(FileSpec):
             return stage.programs.start(given)
         steps: Ticks = given.perform(stage) if not isinstance(given, tuple) else perform_together(given, stage)
         return steps
+
+
+def _with_seconds(step: Any) -> Any:
+    """Return a step in which the durations of commands are seconds, also if they are written with a unit."""
+    if not isinstance(step, dict):
+        return step
+    return {
+        key: {**given, "duration": in_seconds(given["duration"])}
+        if isinstance(given, dict) and "duration" in given
+        else given
+        for key, given in step.items()
+    }
 
 
 def _command_fields() -> dict[str, Any]:

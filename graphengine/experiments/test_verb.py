@@ -38,6 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     scripts = "let graphs run the Python code of their ScriptNodes"
     parser.add_argument("--allow-scripts", action="store_true", help=scripts)
     parser.add_argument("--collect-only", action="store_true", help="check the files and list the cases; run nothing")
+    parser.add_argument(
+        "--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing"
+    )
     rows = parser.add_argument_group("many runs", "Without pytest: only scenarios, one row a run in a results file.")
     rows.add_argument(
         "--results", metavar=f"ROWS{SUFFIX}", type=Path, help="append a JSON row for each run to this file"
@@ -76,6 +79,13 @@ def execute(arguments: argparse.Namespace) -> int:
     Raises:
         UsageError: pytest is not installed, or arguments do not belong together.
     """
+    if arguments.schema:
+        import json
+
+        from graphengine.experiments.scenario import ScenarioSpec
+
+        print(json.dumps(ScenarioSpec.model_json_schema(), indent=2))
+        return 0
     if reads_results(arguments.paths):
         from graphengine.experiments.results_commands import read_results
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import types
@@ -17,6 +18,7 @@ from pydantic.fields import FieldInfo
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import MAX_ERRORS, Findings
 from graphengine.format.document import Document, Location
+from graphengine.format.errors import UsageError
 from graphengine.format.given_text import GivenText
 from graphengine.format.key_docs import key_docs
 from graphengine.format.robot_spec import RobotSpec
@@ -27,6 +29,9 @@ S = TypeVar("S", bound=Spec)
 
 KINDS: dict[str, type[Spec]] = {"graph": GraphSpec, "scene": SceneSpec, "robot": RobotSpec}
 """Spec class of each kind of file; every file has a key with the name of its kind, such as `graph: drive`."""
+
+SCENARIO = "scenario"
+"""Key of scenario files, which `graphengine.experiments` reads."""
 
 _PLAIN: Mapping[str, tuple[str, str]] = {
     "missing": ("G107", "missing key {name!r}"),
@@ -70,7 +75,7 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
         remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
         findings.add("G110", message, document.span("format"), remedy)
         return None
-    if _is_of_another_kind(model, document, data, findings):
+    if isinstance(data, dict) and _is_of_another_kind(model, document, data, findings):
         return None
     try:
         return model.model_validate(data)
@@ -80,8 +85,32 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
         return None
 
 
+def read_given(model: type[S], name: str, given: Mapping[str, Any]) -> S:
+    """Validate keys and values that a program or user gave, such as the arguments of a command.
+
+    Args:
+        model: class of the spec.
+        name: name for messages.
+        given: JSON types by key.
+
+    Raises:
+        UsageError: the keys or values are invalid.
+    """
+    findings = Findings()
+    document = documents.parse(json.dumps(given, default=str), name, findings)
+    spec = validate(model, document, given, findings) if document is not None else None
+    if spec is None:
+        wrong = findings.errors[0]
+        raise UsageError("\n  ".join([f"{name}: {wrong.message.removeprefix('file: ')}", *wrong.help]))
+    return spec
+
+
 def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
     """Return whether a file is of another kind than `model`, such as a scene instead of a graph; if so, add one finding."""
+    if SCENARIO in data and SCENARIO not in model.model_fields:
+        remedy = "run it with `graphrun test`; `graphrun test --collect-only` only checks it"
+        findings.add("G107", "this is a scenario, not a scene, robot or graph", document.key_span(SCENARIO), remedy)
+        return True
     wanted = next((kind for kind, known in KINDS.items() if known is model), None)
     other = kind_of(document)
     if wanted is None or other is None or wanted in data or other in model.model_fields:
@@ -142,9 +171,9 @@ def keys_of(model: type[BaseModel]) -> Mapping[str, FieldInfo]:
 
 def _name(location: Location) -> str:
     """Return the name of a location for messages: its last key with indices, such as `position[1]`; `file` for the whole file."""
-    names = [part for part in location if isinstance(part, str)]
-    numbers = location[location.index(names[-1]) + 1 :] if names else location
-    return (names[-1] if names else "file") + "".join(f"[{number}]" for number in numbers)
+    names = [index for index, part in enumerate(location) if isinstance(part, str)]
+    numbers = location[names[-1] + 1 :] if names else location
+    return (str(location[names[-1]]) if names else "file") + "".join(f"[{number}]" for number in numbers)
 
 
 def _annotations_at(annotation: Any, location: Location) -> list[Any]:
@@ -215,7 +244,7 @@ def read(
 
 
 def kind_of(document: Document) -> str | None:
-    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None if the file has none of these keys."""
-    if not isinstance(document.data, dict):
+    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None without these keys, or for a scenario."""
+    if not isinstance(document.data, dict) or SCENARIO in document.data:
         return None
     return next((kind for kind in KINDS if kind in document.data), None)

@@ -36,7 +36,8 @@ def readings_of(session: Session) -> Readings:
     | `velocity(body)` | record with `linear`, m/s, and `angular`, rad/s, in the world frame |
     | `tilt(body)` | angle between the z axis of the body and the vertical, rad |
     | `distance(one, other)` | distance of two bodies or points, m; horizontal if a point has two numbers |
-    | `contact(body, other="*")` | whether a robot or object touched something whose name matches the pattern in this tick |
+    | `contact(body, other="*", but="")` | whether a robot or object touched something in this tick whose name matches the first
+      pattern and not the second one, in any physics step; a pattern that begins with `/` is one for `/World/NAME` |
 
     A body is the name of a robot or object, or a prim path. A function raises UsageError if the session lacks what it names.
     """
@@ -67,10 +68,10 @@ def readings_of(session: Session) -> Readings:
         plane = any(not isinstance(place, str) and len(place) == 2 for place in (one, other))
         return Reading(lambda: math.dist(*(place()[: 2 if plane else 3] for place in places)))
 
-    def contact(body: str, other: str = "*") -> Reading:
+    def contact(body: str, other: str = "*", but: str = "") -> Reading:
         found = session.body(body)
         found.touched  # noqa: B018  (lets the steps of the next tick be observed)
-        return Reading(lambda: any(_matches(name, other) for name in found.touched))
+        return Reading(lambda: any(_matches(name, other) and not _matches(name, but) for name in found.touched))
 
     return {
         "time": lambda: Reading(lambda: session.time),
@@ -120,7 +121,7 @@ def _position(session: Session, place: Place) -> Callable[[], Sequence[float]]:
 
 
 def _matches(name: str, pattern: str) -> bool:
-    return fnmatchcase(name, pattern) or fnmatchcase(f"/World/{name}", pattern)
+    return fnmatchcase(f"/World/{name}" if pattern.startswith("/") else name, pattern)
 
 
 class _Arrivals(ABC):

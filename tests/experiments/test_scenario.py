@@ -1,0 +1,95 @@
+"""Scenario files: their keys, their cases, and what is wrong in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.experiments.harness import findings_of, result_of, scenario_of, written
+
+EXPECTED = 'expect: [always: tilt("dd100") < 0.1]\n'
+
+
+def test_cases_have_the_names_that_pytest_gives_to_parameters(tmp_path: Path) -> None:
+    text = "matrix: {seed: [0, 1], DiffController.maxLinearSpeed: [0.6, 1.3], Graph.list: [[1, 2], [3]]}\n"
+    cases = list(scenario_of(written(tmp_path, text + EXPECTED)).cases())
+    assert [case.name for case in cases[:3]] == ["tried[0-0.6-list0]", "tried[0-0.6-list1]", "tried[0-1.3-list0]"]
+    assert len(cases) == 8
+    assert (cases[-1].seed, cases[-1].settings) == (1, {"DiffController.maxLinearSpeed": 1.3, "Graph.list": [3]})
+
+
+def test_a_value_of_the_matrix_wins_over_set(tmp_path: Path) -> None:
+    text = "set: {A.x: 1, A.y: 2}\nmatrix: {A.x: [3]}\n"
+    (case,) = scenario_of(written(tmp_path, text + EXPECTED)).cases()
+    assert case.settings == {"A.x": 3, "A.y": 2}
+
+
+def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path: Path) -> None:
+    path = written(tmp_path, EXPECTED, scene="dd100_flat.yaml")
+    assert scenario_of(path).scene == "dd100_flat.yaml"
+    (tmp_path / "dd100_flat.yaml").write_text("graph: g\nnodes: {Tick: OnPlaybackTick}\n")
+    assert scenario_of(path).scene == str(tmp_path / "dd100_flat.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("", ["neither steps (`do`) nor expectations (`expect`)"]),
+        (
+            "expect: [alwys: time < 1]\n",
+            ["4:10: error G109", "expected one operator, got none; operators: always, never"],
+        ),
+        ("expect:\n  - {always: time < 1, never: time > 1}\n", ["5:5: error G109", "got 'always' and 'never'"]),
+        ("expect: [within: 3s]\n", ["'within' needs the key 'reach'"]),
+        ("expect: [{always: time < 1, reach: time > 1}]\n", ["'reach' does not belong to 'always'"]),
+        ("expect: [{count: time > 1, at_least: 3, at_most: 2}]\n", ["4:10: error G109", "0 <= at_least <= at_most"]),
+        ("expect: [{rate: {topic: /a, at_lest: 3}}]\n", ["unknown key 'at_lest'", "did you mean 'at_least'?"]),
+        ("do: [{wait: 1s, publish: {topic: /a, message: {}}}]\n", ["a step has one key, got 'wait' and 'publish'"]),
+        ("do: [fly: 3]\n", ["unknown key 'fly'", "publish, wait, call, action, start"]),
+        (
+            "do: [publish: {topic: /a, message: {}, every: soon}]\n",
+            ["expected a duration such as 3s, 500ms or 2min, got 'soon'"],
+        ),
+        ("do: [push: {entity: a, force: [1, 2]}]\n", ["force: expected 3 values, got 2"]),
+        ("do: [{parallel: [[wait: 1s], [parallel: []]]}]\n", ["unknown key 'parallel'"]),
+        ("do: [{wait: {topic: /a, node: /b}}]\n", ["expected one of these", "topic, node, service, lifecycle"]),
+        (f"matrix: {{seed: [a]}}\n{EXPECTED}", ["seed: expected whole numbers, got 'a'"]),
+        (f"matrix: {{seed: []}}\n{EXPECTED}", ["'seed' has no values"]),
+        (f"matrix: {{seed: {list(range(400))}, A.x: {list(range(400))}}}\n{EXPECTED}", ["160000 runs; at most 100000"]),
+        (f"runs: 3\npass: 4\n{EXPECTED}", ["4 of 3 runs cannot pass"]),
+        (f"stop: {{after: 0}}\n{EXPECTED}", ["after: expected a value > 0"]),
+    ],
+)
+def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found: list[str]) -> None:
+    told = "\n".join(findings_of(written(tmp_path, text)))
+    assert all(part in told for part in found), told
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('expect: [always: tilt("dd101") < 0.1]\n', "4: no entity 'dd101'"),
+        ("expect: [always: tlt < 0.1]\n", "4: tlt < 0.1: "),
+        ("do: [publish: {topic: /cmd_vel, message: {}}]\n", "4: no graph uses topic '/cmd_vel'"),
+        ("do: [wait: 3s]\nstop: {after: 1s}\n", "4: the run ended at 1.000 s before this step did"),
+        ("set: {Nowhere.x: 1}\n" + EXPECTED, "Nowhere"),
+        ("do: [push: {entity: dd101, impulse: [1, 0, 0]}]\n", "4: no entity 'dd101'"),
+    ],
+)
+def test_what_only_a_run_can_find_is_an_error_with_its_place(tmp_path: Path, text: str, reason: str) -> None:
+    result = result_of(written(tmp_path, text))
+    assert (result.outcome, reason in result.reason) == ("error", True), result.reason
+
+
+def test_what_is_not_installed_is_skipped(tmp_path: Path) -> None:
+    result = result_of(written(tmp_path, "requires: [numpy, sh, no_such_program]\n" + EXPECTED))
+    assert (result.outcome, result.reason) == ("skipped", "requires no_such_program")
+
+
+def test_after_a_failure_the_other_expectations_stay_open(tmp_path: Path) -> None:
+    text = "expect:\n  - always: time < 0.5\n  - within: 9s\n    reach: time > 5\n  - always: time < 0.2\n"
+    result = result_of(written(tmp_path, text))
+    assert [check.outcome for check in result.checks] == ["open", "open", "failed"]
+    assert result.outcome == "failed"
+    assert "tried.scenario.yaml:8: failed: always time < 0.2" in result.report()
