@@ -130,11 +130,13 @@ class Scenario:
     def cases(self) -> Iterator[Case]:
         """Return the cases, in the order in which pytest runs the parameters of a test."""
         keys = list(self.spec.matrix)
-        for values in itertools.product(*self.spec.matrix.values()):
-            parameters = dict(zip(keys, values, strict=True))
-            label = "-".join(
-                _shown(key, value, self.spec.matrix[key].index(value)) for key, value in parameters.items()
-            )
+        named = [
+            [(value, _shown(key, value, index)) for index, value in enumerate(values)]
+            for key, values in self.spec.matrix.items()
+        ]
+        for choice in itertools.product(*named):
+            parameters = {key: value for key, (value, _) in zip(keys, choice, strict=True)}
+            label = "-".join(shown for _, shown in choice)
             seed = parameters.get(SEED, self.spec.seed)
             varied = {key: value for key, value in parameters.items() if key != SEED}
             name = f"{self.spec.scenario}[{label}]" if keys else self.spec.scenario

@@ -57,9 +57,16 @@ class Worker:
         self._process: subprocess.Popen[bytes] | None = None
         self.pipe: Any = None
         """Becomes ready to be read when a run has ended."""
-        self.largest = 0
-        """Largest resident memory that was observed, bytes."""
         self._known: set[str] = set()
+
+    @property
+    def memory(self) -> int:
+        """Resident memory of the process, bytes; 0 without a process, or if the system does not tell."""
+        try:
+            statm = Path(f"/proc/{self._process.pid if self._process else 0}/statm").read_text()
+        except OSError:
+            return 0
+        return int(statm.split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
     def begin(self, run: Run, place: Place = None) -> None:
         """Begin a run; `place` is that of its unpacked scene."""
@@ -118,12 +125,10 @@ class Worker:
         if now - self._looked < LOOK or self._process is None:
             return None
         self._looked = now
-        memory = resident_memory(self._process.pid)
-        self.largest = max(self.largest, memory)
         reason = ""
         if now - self._begin > self._limits.seconds:
             reason = f"no result after {self._limits.seconds:g} s of wall time (--time-limit)"
-        elif memory > self._limits.memory:
+        elif self.memory > self._limits.memory:
             reason = f"its process used more than {self._limits.memory / 1e6:.0f} MB of memory (--memory-limit)"
         if not reason:
             return None
@@ -204,14 +209,6 @@ class ProcessPool:
         """End the processes."""
         for worker in self.workers:
             worker.close()
-
-
-def resident_memory(process: int) -> int:
-    """Return the resident memory of a process, bytes; 0 if the system does not tell."""
-    try:
-        return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-    except (OSError, IndexError):
-        return 0
 
 
 def _children(process: int) -> list[int]:
