@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from graphengine.format.errors import TransportError
-from graphengine.format.spec import LockstepSpec
+from graphengine.format.scene_spec import LockstepSpec
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.topic_endpoints import LiveSubscription
 
