@@ -168,7 +168,7 @@ def test_a_clock_that_was_lost_is_sent_again_unrecorded(scene: ge.Scene, tmp_pat
     with running(scene, peer, EVERY_TENTH, record=tmp_path / "run.mcap") as runner:
         begun = time.monotonic()
         runner.run(7 / 60, math.inf)
-    assert 0.2 <= time.monotonic() - begun
+    assert time.monotonic() - begun >= 0.2
     assert peer.clocks == pytest.approx([frame / 60 for frame in (1, 2, 3, 4, 5, 6, 6, 7)])
     assert main(["replay", str(tmp_path / "run.mcap")]) == 0
 
