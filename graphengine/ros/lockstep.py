@@ -54,6 +54,8 @@ class Lockstep:
         Raises:
             TransportError: messages did not arrive within the timeout of their topic, or far too many have arrived.
         """
+        if not self._entries:
+            return True
         tick, now = Fraction(*tick_period), time.monotonic()
         missing = [entry for entry in self._entries if not self._is_complete(entry, frame, tick)]
         if not missing:
