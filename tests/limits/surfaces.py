@@ -352,5 +352,7 @@ def _(size: int) -> bool:
 @limit("experiments.scenario.MAX_CASES", at=3)
 def _(cases: int, folder: Path) -> bool:
     path = folder / "tried.scenario.yaml"
-    path.write_text(f"scenario: s\nscene: dd100_flat\nmatrix: {{seed: {list(range(cases))}}}\nexpect: [always: time < 1]\n")
+    path.write_text(
+        f"scenario: s\nscene: dd100_flat\nmatrix: {{seed: {list(range(cases))}}}\nexpect: [always: time < 1]\n"
+    )
     return read_scenario(path, Findings()) is not None

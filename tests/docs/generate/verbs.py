@@ -23,7 +23,10 @@ _CODES = (
     ("2", "a wrong command line"),
     ("3", "out of memory"),
     ("130", "Ctrl-C before a run began, or before a verb had its result"),
-    ("of `test`", "those of pytest: 0, 1 some failed, 2 interrupted, 3 internal error, 4 wrong command line, 5 no test found"),
+    (
+        "of `test`",
+        "those of pytest: 0, 1 some failed, 2 interrupted, 3 internal error, 4 wrong command line, 5 no test found",
+    ),
 )
 
 
