@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.format.errors import NodeError, UsageError
-from graphengine.format.spec import LockstepSpec, LockstepSpecs, Spec
+from graphengine.format.scene_spec import LockstepSpec, LockstepSpecs
+from graphengine.format.spec import Spec
 from graphengine.format.spec_reader import read_given
 from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.scene.loaded_scene import BadValues

@@ -80,7 +80,7 @@ class Runner:
         self.closed = False
         self.running = False
         """Whether `run` or `step` is executing ticks or callbacks."""
-        self._recorder: Recorder | None = None
+        self.recorder: Recorder | None = None
         self.feed: Feed | None = None
         """Feed that sends the session's state to the web page; None until the page is opened."""
         self.problems = NodeProblems()
@@ -195,7 +195,7 @@ class Runner:
         if self.options.record is not None:
             from graphengine.recording.recorder import Recorder
 
-            self._recorder = Recorder(
+            self.recorder = Recorder(
                 self.session,
                 self.network,
                 self.scene,
@@ -205,14 +205,9 @@ class Runner:
                 modules=modules,
             )
 
-    def mark(self, text: str) -> None:
-        """Add a verdict on the run to the recording, if there is one."""
-        if self._recorder is not None:
-            self._recorder.mark(text)
-
     def _end_recording(self, error: BaseException | None = None) -> None:
         """Close the recording, if there is one; `error` is stored in it as the reason for its end."""
-        recorder, self._recorder = self._recorder, None
+        recorder, self.recorder = self.recorder, None
         if recorder is not None:
             try:
                 recorder.close(error)

@@ -159,7 +159,8 @@ class Session(SessionWorld):
 
         >>> sim.mark("the pallet is in view")
         """
-        self._runner.mark(text)
+        if self._runner.recorder is not None:
+            self._runner.recorder.mark(text)
 
     def decided(self, _: object = None) -> bool:
         """Return whether all expectations are decided, or one of them is not met: an argument `until` for `run`.
@@ -193,7 +194,15 @@ class Session(SessionWorld):
 
     @reading
     def end_expectations(self) -> None:
-        """Decide all expectations that are open, unless a failure has ended the run early by `until=sim.decided`."""
+        """Decide all expectations that are open, unless a failure has ended the run early by `until=sim.decided`.
+
+        >>> check = sim.expect(ge.always("time < 9"))
+        >>> sim.run(0.1)
+        True
+        >>> sim.end_expectations()
+        >>> check.outcome
+        'passed'
+        """
         for check in self._checks:
             if self._ended_by_failure != self.tick:
                 check.end()

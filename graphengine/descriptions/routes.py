@@ -10,7 +10,7 @@ import math
 from dataclasses import asdict, dataclass
 
 from graphengine.descriptions.engine import mujoco
-from graphengine.format.spec import MoverSpec
+from graphengine.format.scene_spec import MoverSpec
 
 PREFIX = ":mover:"
 """Beginning of the name of the custom text of a model that holds the route of a mover; no robot's name has a colon."""

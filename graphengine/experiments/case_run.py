@@ -16,7 +16,6 @@ from graphengine.api.expectations.expectations import ExpectationCheck
 from graphengine.api.expectations.metrics import Measurement
 from graphengine.api.run_options import Log
 from graphengine.api.scene import Scene
-from graphengine.api.scene_loading import load
 from graphengine.api.session import Session
 from graphengine.experiments.domains import free_domain
 from graphengine.experiments.programs import Programs
@@ -101,7 +100,7 @@ class CaseOptions:
         outputs: folder for the outputs of started programs; None keeps none.
         log: receives the messages of nodes, as the argument of `Scene.session`; None logs them.
         digest: whether to compute the digest of the output.
-        load: reads the scene, as `graphengine.load`.
+        load: loads the scene, as `Scenario.load`.
         watch: called with the session before the first tick.
         at_end: called with the session and its expectations at the end of a run that did not pass, while the session is open.
     """
@@ -112,7 +111,7 @@ class CaseOptions:
     outputs: Path | None = None
     log: Log | None = None
     digest: bool = False
-    load: Callable[..., Scene] = load
+    load: Callable[..., Scene] = Scenario.load
     watch: Callable[[Session], object] = lambda session: None
     at_end: Callable[[Session, list[ExpectationCheck]], object] = lambda session, checks: None
 
@@ -148,7 +147,8 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     if transport != "memory":
         domain = result.domain = closing.enter_context(free_domain())
         environ["ROS_DOMAIN_ID"] = str(domain)
-    scene = options.load(scenario.scene, set=case.settings, allow_scripts=options.scripts)
+    scene = options.load(scenario, case.settings, allow_scripts=options.scripts)
+    lockstep = spec.lockstep
     session = closing.enter_context(
         scene.session(
             transport=transport,
@@ -157,6 +157,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
             record=options.record,
             force=options.record is not None,
             log=options.log,
+            lockstep=[entry.model_dump() for entry in lockstep] if lockstep is not None else None,
         )
     )
     outputs = options.outputs or Path(closing.enter_context(tempfile.TemporaryDirectory(prefix="graphengine-")))

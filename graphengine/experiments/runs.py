@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TypeVar
 
 from graphengine.api.scene import loaded_of
-from graphengine.api.scene_loading import load
 from graphengine.experiments.scenario import Case, Scenario, find_scenarios, read_scenario
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError, UsageError
@@ -119,7 +118,7 @@ def _files(given: str) -> Iterator[tuple[Path, str]]:
 def _bundle(scenario: Scenario, scripts: bool) -> Bundle:
     packed, origins = None, dict[str, str]()
     with contextlib.suppress(GraphError):  # each run reports it
-        loaded = loaded_of(load(scenario.scene, allow_scripts=scripts))
+        loaded = loaded_of(scenario.load(allow_scripts=scripts))
         packed = PackedScene.of(loaded)
         own = str(loaded.path.resolve()).removesuffix(packed.given.partition("/")[2])
         origins = {f"{{}}/{PROJECT}/": own, f"{{}}/{SHIPPED}/": f"{loaded.files.base}/", f"{Path.cwd()}/": ""}

@@ -8,18 +8,19 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from graphengine.api.scene import Scene
-from graphengine.api.scene_loading import load, open_scene
+from graphengine.api.scene_loading import open_scene
 from graphengine.api.values import plain
 from graphengine.experiments.case_run import CaseOptions, run_case
 from graphengine.experiments.result_rows import Row, row_of, start_row
 from graphengine.experiments.runs import Bundle, Run
+from graphengine.experiments.scenario import Scenario
 from graphengine.scene.loaded_scene import Options
 
 KEPT = 8
@@ -50,26 +51,26 @@ class Scenes:
     """The scenes that a worker has loaded, the newest last."""
 
     def __init__(self) -> None:
-        self.places: dict[str, Place] = {}
-        """Places of unpacked scenes, by what scenarios call them."""
+        self.places: dict[Path, Place] = {}
+        """Places of unpacked scenes, by the file of the scenario."""
         self._kept: dict[str, Scene] = {}
 
-    def load(self, source: str, **arguments: Any) -> Scene:
-        """Return a scene with values of inputs; its arguments are `set` and `allow_scripts` of `graphengine.load`."""
-        key = repr((source, sorted(arguments.items())))
+    def load(self, scenario: Scenario, settings: Mapping[str, Any], *, allow_scripts: bool) -> Scene:
+        """Return the scene of a scenario, as `Scenario.load`; it is loaded if none is kept for these values of inputs."""
+        key = repr((scenario.path, settings))
         if key not in self._kept:
-            scene = self._loaded(source, **arguments)
+            scene = self._loaded(scenario, settings, allow_scripts)
             while len(self._kept) >= KEPT:
                 del self._kept[next(iter(self._kept))]
             self._kept[key] = scene
         return self._kept[key]
 
-    def _loaded(self, source: str, set: dict[str, Any], allow_scripts: bool) -> Scene:
-        place = self.places.get(source)
+    def _loaded(self, scenario: Scenario, settings: Mapping[str, Any], allow_scripts: bool) -> Scene:
+        place = self.places.get(scenario.path)
         if place is None:
-            return load(source, set=set, allow_scripts=allow_scripts)
+            return scenario.load(settings, allow_scripts=allow_scripts)
         path, options = place
-        return open_scene(path, replace(options, overrides=plain(set), scripts=allow_scripts))
+        return open_scene(path, replace(options, overrides=plain(settings), scripts=allow_scripts))
 
 
 def make_run(run: Run, settings: RunSettings, scenes: Scenes) -> Row:
@@ -102,7 +103,7 @@ def main() -> None:
             key, bundle, place, case, number = orders.get()
             if bundle is not None:
                 bundles[key] = bundle
-                scenes.places[bundle.scenario.scene] = place
+                scenes.places[bundle.scenario.path] = place
             pipe.send((settings.make or make_run)(Run(bundles[key], case, number), settings, scenes))
     except KeyboardInterrupt:
         pass

@@ -22,7 +22,8 @@ from graphengine.format.errors import UsageError
 from graphengine.format.given_text import GivenText
 from graphengine.format.key_docs import key_docs
 from graphengine.format.robot_spec import RobotSpec
-from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, SceneSpec, Spec
+from graphengine.format.scene_spec import SceneSpec
+from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, Spec
 from graphengine.format.wording import listing, shown
 
 S = TypeVar("S", bound=Spec)

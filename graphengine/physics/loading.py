@@ -16,7 +16,8 @@ from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
 from graphengine.format.files import Files
-from graphengine.format.spec import RobotUse, SceneSpec
+from graphengine.format.scene_spec import SceneSpec
+from graphengine.format.spec import RobotUse
 from graphengine.format.spec_reader import Loaded
 from graphengine.physics.dynamics.force_limits import tell_limits
 from graphengine.physics.dynamics.settling import SETTLED_SPEED

@@ -62,7 +62,7 @@ def advance(handle: Any, key: str, faults: Faults) -> None:
     """
     last: Output | None = handle.output
     handle.output = None
-    if handle.prim_path not in faults:
+    if handle.prim_path not in faults.acting:
         return
     reader: SampleReader = handle.reader
     is_new = not reader.lasts or getattr(handle, "due", True)

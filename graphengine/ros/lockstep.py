@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from graphengine.format.errors import TransportError
-from graphengine.format.spec import LockstepSpec
+from graphengine.format.scene_spec import LockstepSpec
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.topic_endpoints import LiveSubscription
 
@@ -54,6 +54,8 @@ class Lockstep:
         Raises:
             TransportError: messages did not arrive within the timeout of their topic, or far too many have arrived.
         """
+        if not self._entries:
+            return True
         tick, now = Fraction(*tick_period), time.monotonic()
         missing = [entry for entry in self._entries if not self._is_complete(entry, frame, tick)]
         if not missing:

@@ -56,21 +56,23 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
     def publish(self, message: Any) -> None:
         """Encode a message; its bytes are sent to the transport, sinks and taps at the end of the tick."""
-        self._post(self._encode(message))
+        data = self._encode(message)
+        if self.topic in self._network.faults.acting:
+            self._post_faultily(data)
+        else:
+            self._network.outbox.append((self.send, data))
         if self.claim.transforms:
             self.latest = message
 
     def publish_late(self) -> None:
         """Publish the messages that a fault has delayed until this tick."""
-        if self.topic in self._network.faults:
-            self._post()
+        if self.topic in self._network.faults.acting:
+            self._post_faultily()
 
-    def _post(self, *encoded: bytes) -> None:
-        """Let messages wait for the end of the tick; a fault of the topic loses or delays them."""
-        faults = self._network.faults
-        if self.topic in faults:
-            encoded = tuple(faults.passing(self.topic, f"publish {self.claim.node}", encoded))
-        self._network.outbox += [(self.send, data) for data in encoded]
+    def _post_faultily(self, *encoded: bytes) -> None:
+        """Let those messages wait for the end of the tick that a fault of the topic neither loses nor delays."""
+        passed = self._network.faults.passing(self.topic, f"publish {self.claim.node}", encoded)
+        self._network.outbox += [(self.send, data) for data in passed]
 
     def send(self, data: bytes) -> None:
         """Send an encoded message to the transport, sinks and taps."""
@@ -154,7 +156,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         A fault of the topic loses or delays messages for nodes, but not in the result, so that a recording contains all messages.
         """
         faults, topic = self._network.faults, self.topic
-        faulty = topic in faults and all(publisher.topic != topic for publisher in self._network.publishers)
+        faulty = topic in faults.acting and all(publisher.topic != topic for publisher in self._network.publishers)
         if not self._arrived and not faulty:
             return ()
         count = min(self.waiting, self._network.quotas.get(topic, MAX_KEPT))

@@ -230,7 +230,7 @@ class State(Command):
         robots = list(session.services.stage.prims("robot"))
         paths = {robot.path for robot in robots}
         dropped = session.services.dropped
-        faults = [*session.services.world.faults, *session.services.network.faults]
+        faults = [*session.services.world.faults.acting, *session.services.network.faults.acting]
         counts = {
             "dropped_values": dict(dropped.ticks) if dropped is not None else {},
             "clamped_commands": dict(session.services.world.clamped_commands),

@@ -25,7 +25,7 @@ from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.format.prim_paths import at_or_below
-from graphengine.format.spec import LockstepSpec, SceneSpec
+from graphengine.format.scene_spec import LockstepSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import EndpointClaim, Network

@@ -19,7 +19,7 @@ from graphengine.messages.distros import JAZZY, Distro
 from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
-    from graphengine.format.spec import LockstepSpec, SceneSpec
+    from graphengine.format.scene_spec import LockstepSpec, SceneSpec
     from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.ray_casting.rays import RaysChoice
 

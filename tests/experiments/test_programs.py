@@ -41,7 +41,10 @@ def test_a_program_that_fails_is_an_error_with_its_last_output(programs: Program
 
 
 def test_a_program_ends_with_its_children(programs: Programs, tmp_path: Path) -> None:
-    child = "import os, signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); open('up', 'w').write(str(os.getpid())); time.sleep(60)"
+    child = (
+        "import os, signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); "
+        "open('up', 'w').write(str(os.getpid())); time.sleep(60)"
+    )
     list(programs.start(python(f"import subprocess, sys; subprocess.run([sys.executable, '-c', {child!r}])")))
     up = tmp_path / "up"
     while not up.exists() or not up.read_text():

@@ -79,12 +79,24 @@ def two(sim: ge.Session) -> Checks:
     return checks
 
 
+def worker(sim: ge.Session) -> Checks:
+    sim.publish(FORWARD, {"linear": {"x": 0.5}}, every=0.1)
+    checks = sim.expect(
+        ge.never('contact("dd100", "worker")'),
+        ge.within(14.0, 'pose("dd100").position[0] > 3.5'),
+        ge.always('distance("dd100", "worker") > 0.5'),
+    )
+    sim.run(14.0, until=sim.decided)
+    return checks
+
+
 IN_PYTHON: Mapping[str, Callable[[ge.Session], Checks]] = {
     "drives_straight": straight,
     "keeps_its_scan_rate": scans,
     "recovers_from_a_push": recovers,
     "stops_without_commands": stops,
     "two_robots_pass": two,
+    "worker_crosses": worker,
 }
 
 
@@ -94,7 +106,7 @@ def test_each_case_passes_and_python_judges_it_the_same(path: Path) -> None:
     for case in scenario.cases():
         result = run_case(scenario, case)
         assert result.outcome == "passed", result.report()
-        with ge.load(scenario.scene, set=case.settings).session(seed=case.seed) as sim:
+        with scenario.load(case.settings).session(seed=case.seed) as sim:
             checks = IN_PYTHON[scenario.spec.scenario](sim)
             sim.judge()
         assert [check.outcome for check in result.checks] == [check.outcome for check in checks]

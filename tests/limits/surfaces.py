@@ -27,6 +27,7 @@ from graphengine.devices.visible import Bodies, VisibleShape
 from graphengine.drawing import manual_layout, view_model
 from graphengine.drawing.geometry import GAP, LayoutBox
 from graphengine.drawing.view_model import make_graph_view
+from graphengine.experiments.scenario import read_scenario
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import BadValueError, UsageError
 from graphengine.messages import messages
@@ -343,3 +344,15 @@ def _(frames: int) -> bool:
 @limit("api.video.MAX_BYTES", at=300)
 def _(size: int) -> bool:
     return accepts(lambda: video.check_length(1.0, 1, (-(-size // 3), 1)), UsageError)
+
+
+# experiments
+
+
+@limit("experiments.scenario.MAX_CASES", at=3)
+def _(cases: int, folder: Path) -> bool:
+    path = folder / "tried.scenario.yaml"
+    path.write_text(
+        f"scenario: s\nscene: dd100_flat\nmatrix: {{seed: {list(range(cases))}}}\nexpect: [always: time < 1]\n"
+    )
+    return read_scenario(path, Findings()) is not None

@@ -168,21 +168,21 @@ def test_a_clock_that_was_lost_is_sent_again_unrecorded(scene: ge.Scene, tmp_pat
     with running(scene, peer, EVERY_TENTH, record=tmp_path / "run.mcap") as runner:
         begun = time.monotonic()
         runner.run(7 / 60, math.inf)
-    assert 0.2 <= time.monotonic() - begun < 2.0
+    assert time.monotonic() - begun >= 0.2
     assert peer.clocks == pytest.approx([frame / 60 for frame in (1, 2, 3, 4, 5, 6, 6, 7)])
     assert main(["replay", str(tmp_path / "run.mcap")]) == 0
 
 
 def test_commands_are_executed_during_a_wait_and_a_pause_stops_its_timeout(scene: ge.Scene) -> None:
     peer = Peer(lambda peer, now: None)
-    with running(scene, peer, EVERY_TENTH | {"timeout": 0.3}) as runner:
+    with running(scene, peer, EVERY_TENTH | {"timeout": 1.0}) as runner:
         session, states = runner.session, []
 
         def script() -> None:
             time.sleep(0.2)
             states.append(runner.queue.submit("state").result(10)["tick"])
             runner.queue.submit("pause").result(10)
-            time.sleep(0.5)
+            time.sleep(1.2)
             runner.queue.submit("play").result(10)
             time.sleep(0.1)
             peer.command(0.5)

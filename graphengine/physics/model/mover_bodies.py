@@ -15,7 +15,7 @@ from graphengine.descriptions.sdf.sdf_values import written
 from graphengine.descriptions.sdf.sdf_world import read_world
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.spec import MoverSpec, SceneSpec
+from graphengine.format.scene_spec import MoverSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 
 Part = tuple[str, dict[str, str], Vector3, Vector3]

@@ -15,7 +15,7 @@ from graphengine.descriptions.routes import PREFIX
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES, is_sdf
 from graphengine.descriptions.sdf.sdf_world import read_world
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.spec import PhysicsSpec, SceneSpec
+from graphengine.format.scene_spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.model.mover_bodies import add_movers
