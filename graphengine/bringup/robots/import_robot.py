@@ -40,7 +40,7 @@ from graphengine.descriptions.xacro.xacro_macros import literal
 from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
-from graphengine.format.document import Document, parse
+from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.physics.dynamics.keyframes import begin_in
 from graphengine.physics.model.mesh_units import check_mesh_units
@@ -190,9 +190,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         add_part(draft)
     draft.settle()
     graphs = bundle_graphs(draft) if origin.bundled else {}
-    text = render(draft)
-    document = parse(text, str(origin.target), findings)
-    checked = checked_spec(draft, library, str(origin.target), document) if document is not None else None
+    document = render(draft, origin.target)
+    checked = checked_spec(draft, library, str(origin.target), document)
     model = _compiled(checked[0], draft, findings) if checked is not None else None
     if checked is None or model is None:
         return None
@@ -216,7 +215,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         free=robot.disabled.free_link is not None,
         lowest=_lowest(model, robot),
         library=library,
-        files={**written, origin.target: text},
+        files={**written, origin.target: "\n".join(document.source.lines)},
         copies={Path(os.path.normpath(folder / target)): source for target, source in {**graphs, **meshes}.items()},
         outside=_outside([*packages, path], origin),
         use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),

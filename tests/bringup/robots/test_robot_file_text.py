@@ -1,4 +1,4 @@
-"""The text of a robot file has the values of the draft from which it is written."""
+"""The text of a robot file, and the positions of its values, without reading the text."""
 
 from __future__ import annotations
 
@@ -6,22 +6,39 @@ from pathlib import Path
 
 from graphengine.descriptions.robot_files.writer import render
 from graphengine.format.diagnostics import Findings
-from graphengine.format.document import Document, parse
-from graphengine.format.yaml_text import read_back
+from graphengine.format.document import Document, Value, parse
 from tests.bringup.robots.arms import limb, robot
 from tests.bringup.robots.harness import CASTER, imported, rover
 from tests.bringup.robots.test_remarks import EVERYTHING
 
 
+def assert_same(ours: Value, read: Value, at: str = "file") -> None:
+    """Compare two values, the positions of all values and keys in them, and whether they are quoted."""
+    assert (ours.span, ours.plain, ours.keys) == (read.span, read.plain, read.keys), at
+    if isinstance(read.data, dict):
+        assert list(ours.data) == list(read.data), at
+        for key, value in read.data.items():
+            assert_same(ours.data[key], value, f"{at}.{key}")
+    elif isinstance(read.data, list):
+        assert len(ours.data) == len(read.data), at
+        for number, value in enumerate(read.data):
+            assert_same(ours.data[number], value, f"{at}[{number}]")
+    else:
+        assert (type(ours.data), ours.data) == (type(read.data), read.data), at
+
+
 def compared(folder: Path, text: str, package_paths: tuple[str, ...] = ()) -> Document:
-    """Import a description, and compare what a reader gets from the text of its robot file with the values of its draft."""
+    """Import a description, and compare its robot file with what a reader gets from the text."""
     found = imported(folder, text)
     found.draft.package_paths = package_paths
+    document = render(found.draft, folder / "rover.yaml")
     findings = Findings()
-    read = parse(render(found.draft), str(folder / "rover.yaml"), findings)
+    read = parse("\n".join(document.source.lines), str(folder / "rover.yaml"), findings)
     assert read is not None, findings.items
-    assert read.data == read_back(found.draft.data())
-    return read
+    assert read.source == document.source
+    assert_same(document.root, read.root)
+    assert document.data == read.data
+    return document
 
 
 def test_a_document_is_what_a_reader_gets(tmp_path: Path) -> None:
