@@ -162,7 +162,10 @@ class _WorldWriter:
         if tags := dict.fromkeys(child.tag for child in element.children if child.tag not in _CONVERTED):
             what = listing(map(printable, tags), "not used")
             self.findings.add(
-                "N103", "only models, actors, lights, gravity and the place on Earth of the world are used", element.span, what
+                "N103",
+                "only models, actors, lights, gravity and the place on Earth of the world are used",
+                element.span,
+                what,
             )
         visuals = (visual for model in models for link in model.all_links() for visual in link.element.all("visual"))
         if image := next(filter(textured, visuals), None):

@@ -7,6 +7,7 @@ integrate the velocity, which differs by rounding only.
 
 from __future__ import annotations
 
+import copy
 import math
 from array import array
 from collections.abc import Set
@@ -23,20 +24,26 @@ class Movers:
 
     Attributes:
         walking: whether movers move; while a scene settles, they stand where they start.
-        end: time until which all movers keep their velocities, s.
+        due: number of steps after which `hold` is to be called next: at the end of each tick, and when a mover turns.
+
+    Args:
+        tick: duration of a tick in seconds as a fraction: numerator and denominator.
+        substeps: physics steps in a tick.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, tick: tuple[int, int], substeps: int) -> None:
         self.walking = True
+        self.due = math.inf
+        self._clock = tick[0], tick[1] * substeps, substeps
         self._tracks: dict[str, tuple[str, Track | Walk]] = {}
         """Text of the route of each mover, and its motion."""
         self._positions = self._speeds = memoryview(array("d"))
         self._origins: list[tuple[Coordinates, int]] = []
         """Place of each mover at which its joints have the coordinate 0, and the number of its joints."""
-        self._motion: list[tuple[int, tuple[float, float]]] = []
+        self._motion: list[tuple[int, float, float]] = []
         """Number of each joint with its coordinate at time 0 (extrapolated) and its velocity."""
         self._velocities = array("d")
-        self._seed, self._begin, self.end = 0, math.inf, math.inf
+        self._seed, self._begin, self._end = 0, math.inf, math.inf
 
     @property
     def names(self) -> Set[str]:
@@ -54,7 +61,8 @@ class Movers:
 
     def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
         """Return the movers of another model; movers with the same routes keep their motion."""
-        made, sizes = type(self)(), list[int]()
+        made, sizes = copy.copy(self), list[int]()
+        made._tracks, made._begin = {}, math.inf
         for name, text in routes_of(model).items():
             known, track = self._tracks.get(name, ("", None))
             if track is None or known != text:
@@ -70,25 +78,29 @@ class Movers:
             made._origins = [((x, y, 0.0, z), size) for (x, y, z), size in zip(origins, sizes, strict=True)]
         return made
 
-    def hold(self, time: float, seed: int) -> None:
-        """Write the positions and velocities of all movers at a time (s) to the state."""
+    def hold(self, steps: int, seed: int) -> None:
+        """Write the positions and velocities of all movers after a number of physics steps to the state."""
         if not self._tracks:
+            self.due = math.inf
             return
-        time = time if self.walking else 0.0
-        if not (self._begin <= time < self.end and seed == self._seed):
+        seconds, count, substeps = self._clock
+        time = steps * seconds / count if self.walking else 0.0
+        if not self._begin <= time < self._end or seed != self._seed:
             self._look_up(time, seed)
         positions: Any = self._positions
-        for number, (offset, speed) in self._motion:
+        for number, offset, speed in self._motion:
             positions[number] = offset + speed * time
         self._speeds[:] = self._velocities if self.walking else array("d", bytes(self._speeds.nbytes))
+        self.due = min(steps - steps % substeps + substeps, max(steps + 1, self._end * count / seconds))
 
     def _look_up(self, time: float, seed: int) -> None:
         """Look up how all movers move at a time, s."""
         pieces, self._seed = [track.at(time, seed) for _, track in self._tracks.values()], seed
-        self._begin, self.end = max(piece.begin for piece in pieces), min(piece.end for piece in pieces)
+        self._begin, self._end = max(piece.begin for piece in pieces), min(piece.end for piece in pieces)
         motion = [
             (place - start - speed * piece.begin, speed)
             for piece, (origin, size) in zip(pieces, self._origins, strict=True)
             for place, speed, start in list(zip(piece.at, piece.velocity, origin, strict=True))[:size]
         ]
-        self._motion, self._velocities = list(enumerate(motion)), array("d", [speed for _, speed in motion])
+        self._motion = [(number, *pair) for number, pair in enumerate(motion)]
+        self._velocities = array("d", [speed for _, speed in motion])
