@@ -78,7 +78,7 @@ CODES: dict[str, str] = {
     "W207": "joint commanded by two graphs",
     "W208": "robot without commands",
     "W209": "command for a joint without a drive",
-    "W210": "robot that overlaps something at the start",
+    "W210": "robot or mover that overlaps something at the start",
     "W211": "robot without joints that move",
     "W212": "simulation time with two publishers",
     "W213": "messages that are all stamped 0",
