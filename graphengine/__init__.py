@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from graphengine.api.expectations.expectations import settles as settles
     from graphengine.api.expectations.expectations import until as until
     from graphengine.api.expectations.expectations import within as within
+    from graphengine.api.expectations.metrics import metric as metric
     from graphengine.api.mujoco_objects import MujocoObjects as MujocoObjects
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Robot as Robot
@@ -77,6 +78,7 @@ _MODULES = {
         "until",
         "within",
     ),
+    "api.expectations.metrics": ("metric",),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (
         "ExpectationError",

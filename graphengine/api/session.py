@@ -8,7 +8,8 @@ from typing import Any, TypeVar, overload
 from graphengine.api.calls import Goal, ServiceCall, call_service
 from graphengine.api.expecting import Check
 from graphengine.api.guards import acting, reading
-from graphengine.api.runner import Runner
+from graphengine.api.output_digest import OutputDigest
+from graphengine.api.runner import AfterTick, Runner
 from graphengine.api.session_world import SessionWorld
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.api.values import plain, read_only
@@ -17,6 +18,7 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.runtime.addresses import NodePort, find_port_at, find_ports
 
 C = TypeVar("C", bound=Check)
+A = TypeVar("A", bound=AfterTick)
 
 
 class Session(SessionWorld):
@@ -205,6 +207,43 @@ class Session(SessionWorld):
             if self._ended_by_failure != self.tick:
                 check.end()
             self._runner.after_ticks.pop(check, None)
+
+    # Measurements
+
+    @acting
+    def measure(self, begin: Callable[[Session], A]) -> A:
+        """Compute a metric from now on, from one sample a tick, and return the measurement, whose `value` is the metric.
+
+        >>> top_speed = sim.measure(ge.metric(max="velocity('dd100').linear[0]"))
+        >>> drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
+        >>> sim.run(2.0)
+        True
+        >>> 0.45 < top_speed.value < 0.55
+        True
+
+        Args:
+            begin: a metric such as `ge.metric(max=…)`, or another function that returns what acts after each tick.
+
+        Raises:
+            UsageError: the expression of the metric is not legal, or names what the session does not have.
+        """
+        measurement = begin(self)
+        self._runner.after_ticks[measurement] = measurement
+        return measurement
+
+    @acting
+    def digest_output(self) -> OutputDigest:
+        """Hash all messages that nodes publish from now on, and return the digest, whose `value` is that of the messages so far.
+
+        Equal files, seeds and calls give equal digests in all processes. Nodes publish only on topics that are latched or have
+        subscribers; with a recording, on all topics.
+
+        >>> output, odom = sim.digest_output(), sim.subscribe("/dd100_0000/odom")
+        >>> sim.step()
+        >>> len(output.value)
+        32
+        """
+        return OutputDigest(self._runner.network)
 
     # Topics and services
 

@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from graphengine.api.expectations.expectations import ExpectationCheck
+from graphengine.api.expectations.metrics import Measurement
 from graphengine.api.run_options import Log
+from graphengine.api.scene import Scene
 from graphengine.api.session import Session
 from graphengine.experiments.domains import free_domain
 from graphengine.experiments.programs import Programs
@@ -60,6 +62,8 @@ class CaseResult:
         outcome: `error` if the run could not be made or judged.
         reason: why it was skipped or could not be made; empty otherwise.
         checks: results of the expectations, in the order of the file.
+        metrics: metrics of the scenario by name; None stands for a metric without a value.
+        digest: digest of the bytes of all messages that nodes published; empty if it was not wanted.
         time: simulation time at the end, s.
         kept: report of a run that did not pass; None if nothing was kept.
         domain: ROS domain of the run; None without a network.
@@ -71,6 +75,8 @@ class CaseResult:
     outcome: Result = "error"
     reason: str = ""
     checks: list[CheckResult] = field(default_factory=list)
+    metrics: dict[str, float | None] = field(default_factory=dict)
+    digest: str = ""
     time: float = 0.0
     kept: Path | None = None
     domain: int | None = None
@@ -93,6 +99,8 @@ class CaseOptions:
         scripts: whether graphs may run the Python code of their ScriptNodes.
         outputs: folder for the outputs of started programs; None keeps none.
         log: receives the messages of nodes, as the argument of `Scene.session`; None logs them.
+        digest: whether to compute the digest of the output.
+        load: loads the scene, as `Scenario.load`.
         watch: called with the session before the first tick.
         at_end: called with the session and its expectations at the end of a run that did not pass, while the session is open.
     """
@@ -102,6 +110,8 @@ class CaseOptions:
     scripts: bool = False
     outputs: Path | None = None
     log: Log | None = None
+    digest: bool = False
+    load: Callable[..., Scene] = Scenario.load
     watch: Callable[[Session], object] = lambda session: None
     at_end: Callable[[Session, list[ExpectationCheck]], object] = lambda session, checks: None
 
@@ -137,7 +147,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     if transport != "memory":
         domain = result.domain = closing.enter_context(free_domain())
         environ["ROS_DOMAIN_ID"] = str(domain)
-    scene = scenario.load(case.settings, allow_scripts=options.scripts)
+    scene = options.load(scenario, case.settings, allow_scripts=options.scripts)
     lockstep = spec.lockstep
     session = closing.enter_context(
         scene.session(
@@ -154,6 +164,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     programs = Programs(scenario.path.parent, environ, outputs, options.programs)
     closing.callback(programs.close)
     play = _Play(scenario, Stage(session, programs))
+    output = session.digest_output() if options.digest else None
     try:
         play.begin(traced=options.record is not None)
         options.watch(session)
@@ -163,6 +174,8 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
         result.reason = f"{play.place}: {error}"
     result.time = session.time
     result.checks = play.results()
+    result.metrics = {name: measurement.value for name, measurement in play.measurements.items()}
+    result.digest = output.value if output is not None else ""
     outcomes = {check.outcome for check in result.checks}
     if not result.reason and play.unfinished and "failed" not in outcomes:
         result.reason = f"{play.place}: the run ended at {session.time:.3f} s before this step did"
@@ -177,6 +190,7 @@ class _Play:
     def __init__(self, scenario: Scenario, stage: Stage) -> None:
         self._scenario, self._stage = scenario, stage
         self.checks: list[ExpectationCheck] = []
+        self.measurements: dict[str, Measurement] = {}
         self._steps: Ticks = iter(())
         self._looked = 0.0
         self.unfinished = True
@@ -189,6 +203,9 @@ class _Play:
             self.place = self._scenario.place("expect", index)
             self.checks.append(self._stage.session.expect(entry.expectation()))
             self.checks[-1].trace = [] if traced else None
+        for name, metric in self._scenario.spec.metrics.items():
+            self.place = self._scenario.place("metrics", name)
+            self.measurements[name] = self._stage.session.measure(metric.metric())
         self._steps = self._perform()
 
     def _perform(self) -> Ticks:

@@ -31,6 +31,31 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--allow-scenario-scripts", action="store_true", help="let graphs run the Python code of their ScriptNodes"
     )
+    group.addoption(
+        "--shard", metavar="NUMBER/TOTAL", help="run only this part of all tests, as 3/8 for the third of eight"
+    )
+    group.addoption(
+        "--rerun",
+        metavar="N",
+        type=int,
+        default=1,
+        help="run a failed scenario with the same seed until it has run N times",
+    )
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep the tests of the shard, after all other options have chosen tests."""
+    if config.option.shard is not None:
+        from graphengine.experiments.runs import shard
+        from graphengine.format.errors import UsageError
+
+        try:
+            kept = shard(items, config.option.shard)
+        except UsageError as error:
+            raise pytest.UsageError(str(error)) from None
+        config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
+        items[:] = kept
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
@@ -81,18 +106,31 @@ class ScenarioItem(pytest.Item):
         passed = sum(result.outcome == "passed" for result in results)
         if passed < (spec.runs if spec.pass_ is None else spec.pass_):
             failed = next(result for result in results if result.outcome == "failed")
-            self._failure = "\n".join(filter(None, [_share(passed, spec.runs), failed.report()]))
+            parts = [_share(passed, spec.runs), self._again(failed.seed - self._case.seed), failed.report()]
+            self._failure = "\n".join(filter(None, parts))
 
     def runtest(self) -> None:
         """Fail if too few runs passed."""
         if self._failure:
             pytest.fail(self._failure, pytrace=False)
 
+    def _again(self, run: int) -> str:
+        """Return how often a failed run fails with the same seed, if it is to be repeated."""
+        from graphengine.experiments.case_run import run_case
+        from graphengine.experiments.statistics import rerun_text
+
+        number = self.config.option.rerun
+        if number < 2:
+            return ""
+        again = [run_case(self._scenario, self._case, self._options(), run=run) for _ in range(number - 1)]
+        return rerun_text(1 + sum(result.outcome != "passed" for result in again), number)
+
     def _note(self, results: list[CaseResult]) -> None:
         """Add the seeds and robustnesses of the first run to the report and to the JUnit file."""
         first = results[0]
         self.user_properties.append(("seed", first.seed))
         self.user_properties += [(f"robustness: {check.text}", check.robustness) for check in first.checks]
+        self.user_properties += [(f"metric: {name}", value) for name, value in first.metrics.items()]
         if first.domain is not None:
             self.add_report_section("setup", "graphengine", f"ROS domain {first.domain}\n")
 

@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 from graphengine.api.scene import Scene
 from graphengine.api.scene_loading import load
 from graphengine.experiments.expectation_specs import ExpectationSpec
+from graphengine.experiments.metric_specs import MetricSpec
 from graphengine.experiments.steps import StepSpec
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load as load_document
@@ -72,6 +73,8 @@ class ScenarioSpec(FileSpec):
     """Steps, executed one after the other."""
     expect: tuple[ExpectationSpec, ...] = Field(default=(), strict=False)
     """What is expected of the run."""
+    metrics: dict[Name, MetricSpec] = {}
+    """Numbers that describe the run, by name, as {top_speed: {max: velocity("dd100").linear[0]}}."""
     stop: StopSpec = StopSpec()
     """When the run ends, as {after: 30s}."""
 
@@ -158,11 +161,13 @@ class Scenario:
     def cases(self) -> Iterator[Case]:
         """Return the cases, in the order in which pytest runs the parameters of a test."""
         keys = list(self.spec.matrix)
-        for values in itertools.product(*self.spec.matrix.values()):
-            parameters = dict(zip(keys, values, strict=True))
-            label = "-".join(
-                _shown(key, value, self.spec.matrix[key].index(value)) for key, value in parameters.items()
-            )
+        named = [
+            [(value, _shown(key, value, index)) for index, value in enumerate(values)]
+            for key, values in self.spec.matrix.items()
+        ]
+        for choice in itertools.product(*named):
+            parameters = {key: value for key, (value, _) in zip(keys, choice, strict=True)}
+            label = "-".join(shown for _, shown in choice)
             seed = parameters.get(SEED, self.spec.seed)
             varied = {key: value for key, value in parameters.items() if key != SEED}
             name = f"{self.spec.scenario}[{label}]" if keys else self.spec.scenario

@@ -20,3 +20,12 @@ def wilson_interval(passed: int, runs: int) -> tuple[float, float]:
     middle = (share + weight / 2.0) / (1.0 + weight)
     half = Z * math.sqrt(share * (1.0 - share) / runs + weight / (4.0 * runs)) / (1.0 + weight)
     return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def rerun_text(failures: int, runs: int) -> str:
+    """Return how often a failed case failed when it was run several times with the same seed.
+
+    >>> rerun_text(1, 20), rerun_text(20, 20)
+    ('failed in 1 of 20', 'failed always, in 20 of 20')
+    """
+    return f"failed {'always, ' if failures == runs else ''}in {failures} of {runs}"

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
-from graphengine.experiments.scenario import ScenarioSpec
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 
@@ -15,12 +13,21 @@ _CODES = (
     "Exit codes are those of pytest: 0 all passed; 1 some failed or could not be run; 2 interrupted, or a file has errors; "
     "3 internal error; 4 wrong arguments; 5 no test found."
 )
+WORDS = ("show", "merge")
+"""First words of a command line that reads results files, which follow; `show` without such files is a folder of this name."""
+SUFFIX = ".jsonl"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun test` to its parser."""
-    parser.add_argument("paths", metavar="PATH", nargs="*", help="files or folders (default: the current folder)")
+    words = f"; or show ROWS{SUFFIX}... or merge ROWS{SUFFIX}... -o FILE (write ./show for a folder of this name)"
+    where = "files, folders, or FILE::CASE (default: the current folder)"
+    parser.add_argument("paths", metavar="PATH", nargs="*", help=where + words)
     parser.add_argument("-n", metavar="N", dest="processes", help="number of processes, or auto")
+    shard = "run only this part of all cases, as 3/8 for the third of eight parts"
+    parser.add_argument("--shard", metavar="NUMBER/TOTAL", help=shard)
+    again = "run each failed case with the same seed until it has run N times, and say how often it failed"
+    parser.add_argument("--rerun", metavar="N", type=whole, help=again)
     parser.add_argument(
         "-k", metavar="EXPRESSION", dest="keyword", help="run only tests whose names match, as for pytest"
     )
@@ -28,22 +35,73 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     kept = "keep a recording, an HTML page, a picture and a report of each run that does not pass in this folder"
     parser.add_argument("--record-failures", metavar="DIR", type=Path, help=kept)
     parser.add_argument("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
+    scripts = "let graphs run the Python code of their ScriptNodes"
+    parser.add_argument("--allow-scripts", action="store_true", help=scripts)
     parser.add_argument("--collect-only", action="store_true", help="check the files and list the cases; run nothing")
     parser.add_argument(
         "--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing"
     )
+    rows = parser.add_argument_group("many runs", "Without pytest: only scenarios, one row a run in a results file.")
+    rows.add_argument(
+        "--results", metavar=f"ROWS{SUFFIX}", type=Path, help="append a JSON row for each run to this file"
+    )
+    known = "make only the runs that the results file does not have, and those that ended with an error"
+    rows.add_argument("--resume", action="store_true", help=known)
+    limit = "wall time after which a run is ended as an error (default: 600)"
+    rows.add_argument("--time-limit", metavar="SECONDS", type=float, default=600.0, help=limit)
+    memory = (
+        "memory of a process above which its run is ended as an error (default: the machine's, divided by N; Linux)"
+    )
+    rows.add_argument("--memory-limit", metavar="MB", type=float, help=memory)
+    workers = (
+        "make the runs on a Ray cluster: ray starts one on this machine, ray:ADDRESS (or ray:auto) uses a running one"
+    )
+    rows.add_argument("--workers", metavar="ray[:ADDRESS]", help=workers)
+    rows.add_argument("-o", "--output", metavar="FILE", type=Path, help="with merge: the file to write")
     parser.epilog = _CODES
 
 
+def whole(text: str) -> int:
+    """Return a positive whole number of the command line."""
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"expected a number of at least 1, got {text!r}")
+    return int(text)
+
+
+def reads_results(paths: list[str]) -> bool:
+    """Return whether the arguments are `show` or `merge` and results files."""
+    return len(paths) > 1 and paths[0] in WORDS and all(path.endswith(SUFFIX) for path in paths[1:])
+
+
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the tests; return the exit code of pytest.
+    """Run the tests, or show or merge their results; return the exit code of pytest.
 
     Raises:
-        UsageError: pytest is not installed.
+        UsageError: pytest is not installed, or arguments do not belong together.
     """
     if arguments.schema:
+        import json
+
+        from graphengine.experiments.scenario import ScenarioSpec
+
         print(json.dumps(ScenarioSpec.model_json_schema(), indent=2))
         return 0
+    if reads_results(arguments.paths):
+        from graphengine.experiments.results_commands import read_results
+
+        return read_results(arguments)
+    if arguments.results is not None:
+        from graphengine.experiments.results_commands import make_results
+
+        return make_results(arguments)
+    for option in ("resume", "memory_limit", "workers", "output"):
+        if getattr(arguments, option):
+            name = option.replace("_", "-")
+            raise UsageError(f"--{name}: only {'with merge' if option == 'output' else 'with --results'}")
+    return _run_pytest(arguments)
+
+
+def _run_pytest(arguments: argparse.Namespace) -> int:
     try:
         import pytest
     except ImportError:
@@ -54,8 +112,11 @@ def execute(arguments: argparse.Namespace) -> int:
         ("-k", arguments.keyword),
         ("--junitxml", arguments.junit),
         ("--record-failures", arguments.record_failures),
+        ("--shard", arguments.shard),
+        ("--rerun", arguments.rerun),
     ):
         given += [option, str(value)] if value is not None else []
     given += ["--allow-programs"] if arguments.allow_programs else []
+    given += ["--allow-scenario-scripts"] if arguments.allow_scripts else []
     given += ["--collect-only", "-q"] if arguments.collect_only else []
     return int(pytest.main(given))

@@ -14,8 +14,11 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
+
 from graphengine.api.expectations.operators import Sample
 from graphengine.format.errors import UsageError
+from graphengine.format.wording import shown
 from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
 
 Kind = Literal["number", "vector", "record", "other"]
@@ -78,15 +81,11 @@ Readings = Mapping[str, Callable[..., Reading]]
 """Functions of expressions by name; a function gets the constant arguments of a call and returns the reading."""
 
 
-class Condition:
-    """An expression whose value is true or false, with a margin.
+class Expression:
+    """An expression over readings of a session.
 
-    The margin of a comparison of numbers is the difference of its sides; of an equality, the negative absolute difference.
-    `and` has the smaller margin of its parts, `or` the larger one, and `not` the opposite one. All other values have an infinite
-    margin.
-
-    >>> Condition("1 < limit() and limit() <= 4", {"limit": lambda: Reading(lambda: 3.0)}).sample()
-    Sample(holds=True, margin=1.0)
+    >>> Expression("2 * limit()", {"limit": lambda: Reading(lambda: 3.0)}).number()
+    6.0
 
     Args:
         text: the expression.
@@ -109,14 +108,20 @@ class Condition:
             raise UsageError(f"{text}: {error}") from None
         self._bound = binder.bound
         self._names = binder.names
-        self._evaluate = self._sampled(tree)
+        self._evaluate = self._compiled(tree)
 
-    def sample(self) -> Sample | None:
-        """Return the present value with its margin; None while a reading has no value.
+    def number(self) -> float | None:
+        """Return the present value; None while a reading has no value.
 
         Raises:
-            UsageError: the expression has no value, for example because of a division by zero.
+            UsageError: the value is not a number, or the expression has no value.
         """
+        value = self._read()
+        if value is not None and not isinstance(value, bool | int | float | np.number):
+            raise UsageError(f"{self.text}: expected a number, got {shown(value)}")
+        return None if value is None else float(value)
+
+    def _read(self) -> Any:
         try:
             return self._evaluate()
         except NoValueError:
@@ -132,20 +137,9 @@ class Condition:
                 found[text] = self._bound[name].read()
         return found
 
-    def _sampled(self, node: ast.expr) -> Callable[[], Sample]:
-        """Return the function that evaluates a condition."""
-        match node:
-            case ast.BoolOp():
-                parts = [self._sampled(part) for part in node.values]
-                return _joined(parts, *((all, min) if isinstance(node.op, ast.And) else (any, max)))
-            case ast.UnaryOp(op=ast.Not()):
-                part = self._sampled(node.operand)
-                return lambda: part().inverted()
-            case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
-                sides = [self._value(side) for side in (node.left, *node.comparators)]
-                return _compared([_COMPARISONS[type(op)] for op in node.ops], sides)
-        value = self._value(node)
-        return lambda: _certain(bool(value()))
+    def _compiled(self, tree: ast.expr) -> Callable[[], Any]:
+        """Return the function that evaluates the whole expression."""
+        return self._value(tree)
 
     def _value(self, node: ast.expr) -> Callable[[], Any]:
         """Return the function that evaluates an operand: plain Python if it consists of numbers, else a call of the guard."""
@@ -192,6 +186,45 @@ class Condition:
 
     def _number(self, *nodes: ast.expr) -> Kind:
         return "number" if all(self._kind(node) == "number" for node in nodes) else "other"
+
+
+class Condition(Expression):
+    """An expression whose value is true or false, with a margin.
+
+    The margin of a comparison of numbers is the difference of its sides; of an equality, the negative absolute difference.
+    `and` has the smaller margin of its parts, `or` the larger one, and `not` the opposite one. All other values have an infinite
+    margin.
+
+    >>> Condition("1 < limit() and limit() <= 4", {"limit": lambda: Reading(lambda: 3.0)}).sample()
+    Sample(holds=True, margin=1.0)
+    """
+
+    def sample(self) -> Sample | None:
+        """Return the present value with its margin; None while a reading has no value.
+
+        Raises:
+            UsageError: the expression has no value, for example because of a division by zero.
+        """
+        sample: Sample | None = self._read()
+        return sample
+
+    def _compiled(self, tree: ast.expr) -> Callable[[], Sample]:
+        return self._sampled(tree)
+
+    def _sampled(self, node: ast.expr) -> Callable[[], Sample]:
+        """Return the function that evaluates a condition."""
+        match node:
+            case ast.BoolOp():
+                parts = [self._sampled(part) for part in node.values]
+                return _joined(parts, *((all, min) if isinstance(node.op, ast.And) else (any, max)))
+            case ast.UnaryOp(op=ast.Not()):
+                part = self._sampled(node.operand)
+                return lambda: part().inverted()
+            case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
+                sides = [self._value(side) for side in (node.left, *node.comparators)]
+                return _compared([_COMPARISONS[type(op)] for op in node.ops], sides)
+        value = self._value(node)
+        return lambda: _certain(bool(value()))
 
 
 def _whole(index: ast.expr) -> int | None:

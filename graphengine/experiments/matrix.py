@@ -1,0 +1,62 @@
+"""Makes the runs of scenarios in processes or on a cluster, and appends their rows to a results file."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Protocol
+
+from graphengine.experiments.result_rows import ResultsFile, Row, identity, start_row
+from graphengine.experiments.runs import Run
+
+SHOWN = 20
+"""Number of runs that did not pass which are named one by one."""
+
+
+class Pool(Protocol):
+    """Makes runs somewhere."""
+
+    def rows(self, runs: Iterable[Run]) -> Iterator[Row]:
+        """Make runs; yield their rows in the order in which they end."""
+
+    def close(self) -> None:
+        """End what makes the runs."""
+
+
+def make_rows(runs: Sequence[Run], pool: Pool, path: Path, *, resume: bool = False) -> Counter[str]:
+    """Make runs and append their rows to a results file; return the number of rows by outcome.
+
+    Args:
+        runs: the runs; of equal runs, one is made.
+        pool: makes the runs; it is closed at the end.
+        path: the results file.
+        resume: whether the file may exist; runs that it has are not made again, except for errors.
+
+    Raises:
+        UsageError: the file exists, another process writes to it, or it is no results file.
+    """
+    try:
+        results = ResultsFile(path, resume)
+        try:
+            missing = {key: run for run in runs if (key := identity(start_row(run))) not in results.known}
+            counts: Counter[str] = Counter()
+            for row in pool.rows(missing.values()):
+                results.add(row)
+                counts[row["outcome"]] += 1
+                if row["outcome"] in ("failed", "error") and counts["failed"] + counts["error"] <= SHOWN:
+                    reason = row["reason"].partition("\n")[0]
+                    again = f" ({row['rerun']})" if "rerun" in row else ""
+                    say(f"{row['outcome']}: {row['case']}, seed {row['seed']}{again}: {reason}")
+            return counts
+        finally:
+            results.close()
+    finally:
+        pool.close()
+
+
+def say(text: str) -> None:
+    """Write a line to stderr."""
+    sys.stderr.write(f"{text}\n")
+    sys.stderr.flush()

@@ -1,0 +1,93 @@
+"""The commands of `graphrun test` that write and read results files."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from graphengine.experiments.matrix import Pool, make_rows, say
+from graphengine.experiments.result_rows import Row, line, merged, read_rows
+from graphengine.experiments.results_report import counted, report
+from graphengine.experiments.runs import plan_runs, shard
+from graphengine.experiments.worker_process import RunSettings
+from graphengine.experiments.workers import Limits, ProcessPool
+from graphengine.format.atomic_write import write_together
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import UsageError
+
+PASSED, FAILED, STOPPED, EMPTY = 0, 1, 2, 5
+"""Exit codes, which are those of pytest."""
+RAY = "ray"
+
+
+def make_results(arguments: argparse.Namespace) -> int:
+    """Make the runs of scenarios and append their rows to a results file; return the exit code.
+
+    Raises:
+        UsageError: arguments do not belong together, or the results file cannot be used.
+    """
+    for option, name in (("keyword", "-k"), ("junit", "--junit"), ("record_failures", "--record-failures")):
+        if getattr(arguments, option):
+            remedy = "name cases as FILE::CASE; `graphrun test show` prints the commands that run failed cases again"
+            raise UsageError(f"{name}: not with --results\n  {remedy}")
+    try:
+        runs = shard(plan_runs(arguments.paths or ["."], scripts=arguments.allow_scripts), arguments.shard)
+    except CheckError as error:
+        say("\n".join(finding.render() for finding in error.findings))
+        return STOPPED
+    if arguments.collect_only:
+        sys.stdout.writelines(f"{run.bundle.scenario.path}::{run.case.name}\n" for run in runs)
+        return PASSED if runs else EMPTY
+    try:
+        counts = make_rows(runs, _pool(arguments), arguments.results, resume=arguments.resume)
+    except KeyboardInterrupt:
+        say(f"interrupted; continue with --results {arguments.results} --resume")
+        return STOPPED
+    say(f"{len(runs)} runs: {counted(counts) or 'nothing left to do'}; see graphrun test show {arguments.results}")
+    rows = read_rows(arguments.results)
+    return EMPTY if not runs else FAILED if _missed(rows) else PASSED
+
+
+def read_results(arguments: argparse.Namespace) -> int:
+    """Merge results files, or show what they say; return the exit code.
+
+    Raises:
+        UsageError: a file is no results file, or `merge` has no output.
+    """
+    word, *names = arguments.paths
+    missing = [name for name in names if not os.path.isfile(name)]
+    if missing:
+        raise UsageError(f"{missing[0]}: no such file")
+    rows = merged(read_rows(Path(name)) for name in names)
+    if word == "show":
+        sys.stdout.writelines(f"{text}\n" for text in report(rows))
+    elif arguments.output is None:
+        raise UsageError("merge: give the file to write with -o FILE")
+    else:
+        write_together({arguments.output: b"".join(map(line, rows))})
+    return PASSED
+
+
+def _missed(rows: list[Row]) -> bool:
+    return any(row["outcome"] in ("failed", "error") for row in rows)
+
+
+def _pool(arguments: argparse.Namespace) -> Pool:
+    given = arguments.processes or "1"
+    if given != "auto" and not (given.isdecimal() and int(given)):
+        raise UsageError(f"-n {given}: expected a number of at least 1, or auto")
+    number = len(os.sched_getaffinity(0)) if given == "auto" else int(given)
+    machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    memory = machine / number if arguments.memory_limit is None else arguments.memory_limit * 1e6
+    limits = Limits(arguments.time_limit, memory, arguments.rerun or 1)
+    settings = RunSettings(programs=arguments.allow_programs, scripts=arguments.allow_scripts)
+    if arguments.workers is None:
+        return ProcessPool(number, settings, limits)
+    kind, _, address = arguments.workers.partition(":")
+    if kind != RAY:
+        raise UsageError(f"--workers {arguments.workers}: expected ray, ray:auto or ray:ADDRESS")
+    from graphengine.experiments.ray_pool import RayPool
+
+    return RayPool(address, settings, limits)

@@ -1,0 +1,76 @@
+"""Workers: crashes, hangs, memory and kills are rows or leave no trace."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+from tests.experiments.falling import (
+    ABORTS,
+    HANGS,
+    HOGS,
+    PASSES,
+    finish,
+    rows,
+    run,
+    start,
+    without_wall,
+    write_scenario,
+)
+from tests.waiting import eventually
+
+
+def children(process: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def lines(path: Path) -> int:
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+def test_a_run_that_crashes_hangs_or_eats_memory_is_one_row_with_its_reason(tmp_path: Path) -> None:
+    write_scenario(tmp_path, [0], [PASSES, ABORTS, HANGS, HOGS])
+    limits = ("--time-limit", "5", "--memory-limit", "900")
+    assert "4 runs: 3 error, 1 passed" in run(tmp_path, "--results", "rows.jsonl", *limits, code=1)
+    assert [row["reason"] for row in rows(tmp_path / "rows.jsonl")] == [
+        "",
+        "its process ended with signal SIGABRT, 2 times",
+        "no result after 5 s of wall time (--time-limit)",
+        "its process used more than 900 MB of memory (--memory-limit)",
+    ]
+
+
+def test_killed_workers_and_drivers_leave_the_same_rows_in_the_end(tmp_path: Path) -> None:
+    folders = tmp_path / "whole", tmp_path / "killed"
+    for folder in folders:
+        folder.mkdir()
+        write_scenario(folder, range(60), [PASSES])
+    run(folders[0], "--results", "rows.jsonl", "-n", "2")
+    path = folders[1] / "rows.jsonl"
+    with start(folders[1], "--results", "rows.jsonl", "-n", "2") as driver:
+        assert eventually(lambda: lines(path) >= 5)
+        os.kill(children(driver.pid)[0], signal.SIGKILL)
+        before = lines(path)
+        assert eventually(lambda: lines(path) >= before + 5)
+        workers = children(driver.pid)
+        driver.kill()
+    assert lines(path) < 60
+    assert eventually(lambda: not any(Path(f"/proc/{worker}").exists() for worker in workers))
+    finish(start(folders[1], "--results", "rows.jsonl", "--resume"), 0)
+    assert without_wall(path) == without_wall(folders[0] / "rows.jsonl")
+
+
+def test_an_interrupt_ends_the_workers_and_keeps_whole_rows(tmp_path: Path) -> None:
+    write_scenario(tmp_path, range(200), [PASSES])
+    path = tmp_path / "rows.jsonl"
+    with start(tmp_path, "--results", "rows.jsonl", "-n", "2") as driver:
+        assert eventually(lambda: lines(path) >= 3)
+        workers = children(driver.pid)
+        driver.send_signal(signal.SIGINT)
+        begin = time.monotonic()
+        assert driver.wait(timeout=30) == 2
+        assert time.monotonic() - begin < 10
+    assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
+    assert path.read_bytes().endswith(b"\n")
