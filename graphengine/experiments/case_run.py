@@ -216,17 +216,16 @@ class _Play:
 
     def results(self) -> list[CheckResult]:
         """Return the results of all expectations."""
-        return [
-            CheckResult(
-                check.expectation.text,
-                self._scenario.place("expect", index),
-                check.outcome,
-                check.verdict.robustness,
-                check.verdict.decided,
-                check.report(),
-            )
-            for index, check in enumerate(self.checks)
-        ]
+        return [check_result(self._scenario, index, check) for index, check in enumerate(self.checks)]
+
+
+def check_result(scenario: Scenario, index: int, check: ExpectationCheck) -> CheckResult:
+    """Return the result of the expectation at an index of `expect`."""
+    verdict = check.verdict
+    place = scenario.place("expect", index)
+    return CheckResult(
+        check.expectation.text, place, check.outcome, verdict.robustness, verdict.decided, check.report()
+    )
 
 
 def _is_there(name: str) -> bool:

@@ -25,11 +25,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-k", metavar="EXPRESSION", dest="keyword", help="run only tests whose names match, as for pytest"
     )
     parser.add_argument("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
+    bag = "judge the expectations over the topics of this recording, of a robot or a simulator; nothing is simulated"
+    parser.add_argument("--bag", metavar="FILE", type=Path, help=bag)
     kept = "keep a recording, an HTML page, a picture and a report of each run that does not pass in this folder"
     parser.add_argument("--record-failures", metavar="DIR", type=Path, help=kept)
     parser.add_argument("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
     parser.add_argument("--collect-only", action="store_true", help="check the files and list the cases; run nothing")
-    parser.add_argument("--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing")
+    parser.add_argument(
+        "--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing"
+    )
     parser.epilog = _CODES
 
 
@@ -51,6 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
         ("-n", arguments.processes),
         ("-k", arguments.keyword),
         ("--junitxml", arguments.junit),
+        ("--bag", arguments.bag),
         ("--record-failures", arguments.record_failures),
     ):
         given += [option, str(value)] if value is not None else []
