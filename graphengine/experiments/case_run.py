@@ -22,7 +22,7 @@ from graphengine.experiments.scenario import Case, Scenario
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.steps import Ticks, perform_all
 from graphengine.format.diagnostics import CheckError
-from graphengine.format.errors import GraphError
+from graphengine.format.errors import GraphError, UsageError
 
 Result = Literal["passed", "failed", "error", "skipped"]
 LOOK = 0.1
@@ -138,7 +138,11 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     if transport != "memory":
         domain = result.domain = closing.enter_context(free_domain())
         environ["ROS_DOMAIN_ID"] = str(domain)
-    scene = load(scenario.scene, set=case.settings, allow_scripts=options.scripts)
+    try:
+        scene = load(scenario.scene, set=case.settings, allow_scripts=options.scripts)
+    except UsageError as error:
+        result.reason = _of_loading(scenario, str(error))
+        return
     session = closing.enter_context(
         scene.session(
             transport=transport,
@@ -168,6 +172,13 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     result.outcome = "error" if result.reason or "error" in outcomes else "failed" if "failed" in outcomes else "passed"
     if result.outcome != "passed":
         options.at_end(session, play.checks)
+
+
+def _of_loading(scenario: Scenario, error: str) -> str:
+    """Return an error of loading the scene, with the place of the value or of the scene that it is about."""
+    given = [(section, key) for section in ("matrix", "set") for key in getattr(scenario.spec, section)]
+    about = next((where for where in given if error.startswith(f"--set {where[1]}")), ("scene",))
+    return f"{scenario.place(*about)}: {error.removeprefix('--set ')}"
 
 
 class _Play:
