@@ -17,8 +17,9 @@ from graphengine.devices.lidar import Lidar
 from graphengine.devices.motion import Frame
 from graphengine.devices.radar import Radar
 from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
-from graphengine.node.types import Buffer, Float, Float3, Int, Matrix4d, Token, UChar, UInt, UInt64, UInts, read_only
+from graphengine.node.types import Buffer, Float, Float3, Int, Matrix4d, Token, UInt, UInt64
 from graphengine.nodes.lidar import beams_of_a_ring
+from graphengine.nodes.point_metadata import metadata_ports, output_inputs, output_name
 from graphengine.nodes.prims import matrix_of
 
 _BUFFER = "no effect; in Isaac Sim, a buffer of the RTX renderer"
@@ -26,11 +27,27 @@ _DEPRECATED = "no effect; deprecated in Isaac Sim"
 _TYPE = "value has no meaning: the type of the buffer's elements is fixed"
 _SIZE = "size of the buffer in bytes"
 _NONE = "ray casting does not provide this metadata: the output is always 0"
-_NO_OBJECT = read_only(np.zeros(4, np.uint32))
-_PROVIDED = ("azimuth", "elevation", "distance", "timestamp", "intensity", "emitterId", "channelId", "radialVelocityMS")
-"""Names of the point metadata that a lidar or a radar provides."""
 _MISSING = ("materialId", "tickId", "hitNormal", "velocity", "objectId", "echoId", "tickState")
 """Names of the point metadata that exist in Isaac Sim, but that ray casting does not provide."""
+_BUFFERS = {
+    "azimuth": ("deg", "azimuths: buffer with one float32 per point"),
+    "elevation": ("deg", "elevations: buffer with one float32 per point"),
+    "distance": ("m", "distances from the sensor: buffer with one float32 per point"),
+    "intensity": ("", "intensities, 0 to 255 for a lidar, in dB for a radar: buffer with one float32 per point"),
+    "timestamp": ("ns", "simulation time of the sample, repeated: buffer with one uint64 per point"),
+    "emitterId": ("", "indices of the lidar's beams, from 0: buffer with one uint32 per point"),
+    "channelId": ("", "indices of the lidar's rings, from 0 in the lidar's order: buffer with one uint32 per point"),
+    **dict.fromkeys(_MISSING, ("", _NONE)),
+    "radialVelocityMS": ("m/s", "radial velocities, only of a radar: buffer with one float32 per point"),
+}
+"""Unit and description of the buffer for each kind of point metadata."""
+_SELECTORS = {
+    **dict.fromkeys(_MISSING, _NONE),
+    "emitterId": "true: output emitter IDs, which only a lidar has",
+    "channelId": "true: output channel IDs, which only a lidar has",
+    "radialVelocityMS": "true: output radial velocities, which only a radar has",
+}
+"""Descriptions of inputs that select a kind of point metadata."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,64 +119,7 @@ class PointBuffersNode(Node):
     )
     width: UInt = Out(default=0, doc="number of points in the sample")
     height: UInt = Out(default=1, doc="always 1, as the points have no rows")
-    azimuth_ptr: Buffer = Out(default=0, unit="deg", doc="azimuths: buffer with one float32 per point")
-    azimuth_data_type: Float = Out(default=4.0, doc=_TYPE)
-    azimuth_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    elevation_ptr: Buffer = Out(default=0, unit="deg", doc="elevations: buffer with one float32 per point")
-    elevation_data_type: Float = Out(default=4.0, doc=_TYPE)
-    elevation_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    distance_ptr: Buffer = Out(default=0, unit="m", doc="distances from the sensor: buffer with one float32 per point")
-    distance_data_type: Float = Out(default=4.0, doc=_TYPE)
-    distance_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    intensity_ptr: Buffer = Out(
-        default=0, doc="intensities, 0 to 255 for a lidar, in dB for a radar: buffer with one float32 per point"
-    )
-    intensity_data_type: Float = Out(default=0.0, doc=_TYPE)
-    intensity_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    timestamp_ptr: Buffer = Out(
-        default=0, unit="ns", doc="simulation time of the sample, repeated: buffer with one uint64 per point"
-    )
-    timestamp_data_type: UInt64 = Out(default=0, doc=_TYPE)
-    timestamp_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    emitter_id_ptr: Buffer = Out(
-        default=0, doc="indices of the lidar's beams, from 0: buffer with one uint32 per point"
-    )
-    emitter_id_data_type: UInt = Out(default=0, doc=_TYPE)
-    emitter_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    channel_id_ptr: Buffer = Out(
-        default=0, doc="indices of the lidar's rings, from 0 in the lidar's order: buffer with one uint32 per point"
-    )
-    channel_id_data_type: UInt = Out(default=0, doc=_TYPE)
-    channel_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    material_id_ptr: Buffer = Out(default=0, doc=_NONE)
-    material_id_data_type: UInt = Out(default=0, doc=_TYPE)
-    material_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    tick_id_ptr: Buffer = Out(default=0, doc=_NONE)
-    tick_id_data_type: UInt = Out(default=0, doc=_TYPE)
-    tick_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    hit_normal_ptr: Buffer = Out(default=0, doc=_NONE)
-    hit_normal_data_type: Float3 = Out(default=(0.0, 0.0, 0.0), doc=_TYPE)
-    hit_normal_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    velocity_ptr: Buffer = Out(default=0, doc=_NONE)
-    velocity_data_type: Float3 = Out(default=(0.0, 0.0, 0.0), doc=_TYPE)
-    velocity_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    object_id_ptr: Buffer = Out(default=0, doc=_NONE)
-    object_id_data_type: UInts = Out(default=_NO_OBJECT, doc=_TYPE)
-    object_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    echo_id_ptr: Buffer = Out(default=0, doc=_NONE)
-    echo_id_data_type: UChar = Out(default=0, doc=_TYPE)
-    echo_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    tick_state_ptr: Buffer = Out(default=0, doc=_NONE)
-    tick_state_data_type: UChar = Out(default=0, doc=_TYPE)
-    tick_state_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    radial_velocity_ms_ptr: Buffer = Out(
-        default=0,
-        name="radialVelocityMSPtr",
-        unit="m/s",
-        doc="radial velocities, only of a radar: buffer with one float32 per point",
-    )
-    radial_velocity_ms_data_type: Float = Out(default=0.0, name="radialVelocityMSDataType", doc=_TYPE)
-    radial_velocity_ms_buffer_size: UInt64 = Out(default=0, name="radialVelocityMSBufferSize", doc=_SIZE)
+    vars().update(metadata_ports(Out, _BUFFERS, _TYPE, _SIZE))
 
     sensor: TickSensor = Bound()
     read: Callable[[], _Returns] = Bound()
@@ -207,9 +167,10 @@ class PointBuffersNode(Node):
 
 _METADATA = {
     name: tuple(PointBuffersNode.ports[f"outputs:{name}{what}"].field for what in ("Ptr", "BufferSize"))
-    for name in _PROVIDED
+    for name in _BUFFERS
+    if name not in _MISSING
 }
-"""Python names of two outputs, the buffer and the size of the buffer, by name of the metadata."""
+"""Python names of two outputs, the buffer and the size of the buffer, by name of the metadata that a lidar or radar provides."""
 
 
 class OgnIsaacExtractRTXSensorPointCloud(
@@ -261,30 +222,14 @@ class IsaacCreateRTXLidarScanBuffer(
     render_product_path: Token = In(
         required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the prim path of a lidar or radar"
     )
-    output_azimuth: bool = In(default=False)
-    output_elevation: bool = In(default=False)
-    output_distance: bool = In(default=False)
-    output_intensity: bool = In(default=False)
-    output_timestamp: bool = In(default=False)
-    output_emitter_id: bool = In(default=False, doc="true: output emitter IDs, which only a lidar has")
-    output_channel_id: bool = In(default=False, doc="true: output channel IDs, which only a lidar has")
-    output_material_id: bool = In(default=False, doc=_NONE)
-    output_tick_id: bool = In(default=False, doc=_NONE)
-    output_hit_normal: bool = In(default=False, doc=_NONE)
-    output_velocity: bool = In(default=False, doc=_NONE)
-    output_object_id: bool = In(default=False, doc=_NONE)
-    output_echo_id: bool = In(default=False, doc=_NONE)
-    output_tick_state: bool = In(default=False, doc=_NONE)
-    output_radial_velocity_ms: bool = In(
-        default=False, name="outputRadialVelocityMS", doc="true: output radial velocities, which only a radar has"
-    )
+    vars().update(output_inputs(_BUFFERS, _SELECTORS))
     enable_per_frame_output: bool = In(default=False, doc=_DEPRECATED)
     exec_out = ExecOut(name="exec", doc="fires once per sample of the sensor")
 
     def setup(self, context: Context) -> None:
         """Look up the sensor that `renderProductPath` selects, and warn about metadata that ray casting does not provide."""
         self.bind(context, self.render_product_path)
-        lost = [f"output{name[0].upper()}{name[1:]}" for name in _MISSING if self.is_selected(name)]
+        lost = [output_name(name) for name in _MISSING if self.is_selected(name)]
         if lost:
             context.log(
                 "warning",
@@ -293,5 +238,5 @@ class IsaacCreateRTXLidarScanBuffer(
 
     def is_selected(self, name: str) -> bool:
         """Return whether the input that selects this metadata is true."""
-        selected: bool = getattr(self, type(self).ports[f"inputs:output{name[0].upper()}{name[1:]}"].field)
+        selected: bool = getattr(self, type(self).ports[f"inputs:{output_name(name)}"].field)
         return selected

@@ -30,8 +30,8 @@ DISTRIBUTIONS = {
 """Names of packages on PyPI, by the names of their modules where the two differ."""
 OF_ROS_TYPES = {"ros-jazzy-common-interfaces"}
 """What the extra `ros` has beside rclpy: messages and services, whose modules are imported by the names of their types."""
-OF_TESTS = {"pytest"}
-"""What only a user's tests import, by a fixture that `graphengine.testing` makes for them."""
+BY_COMMAND = {"pytest-xdist"}
+"""What is used by options of commands and never imported."""
 
 
 def declared(*texts: str) -> set[str]:
@@ -53,8 +53,8 @@ def test_what_is_imported_is_declared_and_what_is_declared_is_imported() -> None
     modules = {name for name in graph.modules if name.partition(".")[0] != "graphengine"}
     extras = PROJECT["optional-dependencies"]
     offered = [text for name, texts in extras.items() if name != "test" for text in texts]
-    imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names - OF_TESTS}
-    assert imported == declared(*PROJECT["dependencies"], *offered) - OF_ROS_TYPES
+    imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names}
+    assert imported == declared(*PROJECT["dependencies"], *offered) - OF_ROS_TYPES - BY_COMMAND
 
 
 @pytest.mark.parametrize(

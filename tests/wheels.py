@@ -38,8 +38,10 @@ def make_wheel(folder: Path, name: str, version: str, files: Mapping[str, bytes]
 
 def own_wheel(folder: Path) -> Path:
     """Write a wheel of this checkout, without node types, message types, graphs and scenes."""
-    modules = [path for path in sorted((ROOT / PACKAGE).rglob("*.py")) if path.is_file()]
-    files = {path.relative_to(ROOT).as_posix(): path.read_bytes() for path in modules}
+    texts = [
+        path for path in sorted((ROOT / PACKAGE).rglob("*.*")) if path.suffix in (".py", ".txt") and path.is_file()
+    ]
+    files = {path.relative_to(ROOT).as_posix(): path.read_bytes() for path in texts}
     return make_wheel(folder, NAME, __version__, files, SCRIPT)
 
 

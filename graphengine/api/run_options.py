@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from graphengine.format.errors import NodeError, UsageError
+from graphengine.format.scene_spec import LockstepSpec, LockstepSpecs
+from graphengine.format.spec import Spec
+from graphengine.format.spec_reader import read_given
 from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.scene.loaded_scene import BadValues
 
@@ -37,6 +41,7 @@ class RunOptions:
         join: function that joins a ROS 2 domain and returns a transport; used instead of `transport`.
         patient: whether DDS writers wait for slow readers.
         parameters: whether the session offers ROS parameters; only transports with a ROS node can.
+        lockstep: topics on which the run waits for programs; None takes those of the scene file.
         seed: seed of all random generators; None takes the seed with which the scene was loaded.
     """
 
@@ -58,6 +63,20 @@ class RunOptions:
     foxglove: tuple[str, int] | None = None
     foxglove_publish: bool = False
     parameters: bool = True
+    lockstep: Sequence[LockstepSpec] | None = None
+
+
+class _Lockstep(Spec):
+    lockstep: LockstepSpecs
+
+
+def read_lockstep(given: Any) -> Sequence[LockstepSpec]:
+    """Return the entries of the option `lockstep`, from a mapping or a list of mappings with JSON types.
+
+    Raises:
+        UsageError: the entries are invalid.
+    """
+    return read_given(_Lockstep, "lockstep", {"lockstep": given}).lockstep
 
 
 def check_recording(path: Path, *, force: bool) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.api.recording_page import MAX_ENTRIES
 from graphengine.api.runner import AfterTick
-from graphengine.recording.marks import LONGEST, RecordingMark
-from graphengine.view.html.page import LogEntry, Plot, robot_plots, write_html
-from graphengine.view.html.replay import MAX_ENTRIES
-from graphengine.view.html.trace import Trace
+from graphengine.recording.marks import LONGEST
+from graphengine.view.html.html_file import LogEntry, Plot, robot_plots, write_html
+from graphengine.view.html.trace import SceneTrace
 
 if TYPE_CHECKING:
     from graphengine.api.session import Session
@@ -24,8 +24,9 @@ class RunPage(AfterTick):
 
     def __init__(self) -> None:
         self._session: Session | None = None
-        self._trace: Trace | None = None
+        self._trace: SceneTrace | None = None
         self._log: list[LogEntry] = []
+        self._plots: list[Plot] = []
         self._tick = 0
 
     def log(self, severity: str, node: str, text: str) -> None:
@@ -36,7 +37,7 @@ class RunPage(AfterTick):
 
     def watch(self, session: Session) -> None:
         """Begin to sample a session."""
-        self._trace = Trace(session._runner.session)
+        self._trace = SceneTrace(session._runner.session)
         self._trace.sample(0)
         session._runner.after_ticks[self] = self
 
@@ -46,15 +47,16 @@ class RunPage(AfterTick):
         self._tick += 1
         self._trace.sample(self._tick)
 
-    def write(
-        self, path: Path, *, title: str, plots: Sequence[Plot] = (), marks: Sequence[tuple[float, str]] = ()
-    ) -> None:
+    def plot(self, name: str, times: Sequence[float], values: Sequence[float], least: float | None = None) -> None:
+        """Add values over time, s, to the page; `least` is the smallest legal value."""
+        self._plots.append(Plot(name, times, values, limits=(least, None)))
+
+    def write(self, path: Path, *, title: str, marks: Sequence[tuple[float, str]] = ()) -> None:
         """Write the file; an older file is replaced when the new one is complete.
 
         Args:
             path: file to write.
             title: title of the page.
-            plots: values over time, in addition to the speeds of robots.
             marks: simulation time, s, and text of each mark on the time bar.
 
         Raises:
@@ -62,5 +64,6 @@ class RunPage(AfterTick):
         """
         trace = self._trace
         assert trace is not None
-        placed = [RecordingMark(max(round(time / trace.period), 1), "verdict", text[:LONGEST]) for time, text in marks]
-        write_html(trace, path, title=title, plots=[*plots, *robot_plots(trace)], marks=placed, log=self._log)
+        placed = [LogEntry(max(round(time / trace.period), 1), "verdict", text[:LONGEST]) for time, text in marks]
+        plots = [*self._plots, *robot_plots(trace)]
+        write_html(trace, path, title=title, plots=plots, marks=placed, log=self._log)

@@ -24,6 +24,7 @@ from graphengine.format.stateful import Stateful
 from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
 from graphengine.ros.domain import Domain
+from graphengine.ros.lockstep import Lockstep
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions, Transport, Writer
 from graphengine.ros.transports.select import AUTO, find_transport, open_transport
@@ -79,7 +80,7 @@ class Runner:
         self.closed = False
         self.running = False
         """Whether `run` or `step` is executing ticks or callbacks."""
-        self._recorder: Recorder | None = None
+        self.recorder: Recorder | None = None
         self.feed: Feed | None = None
         """Feed that sends the session's state to the web page; None until the page is opened."""
         self.problems = NodeProblems()
@@ -97,6 +98,7 @@ class Runner:
                 functools.partial(self._open_domain, domain), domain.id, self._take_peer_fault, scene.definitions
             )
             closing.callback(self.network.close)
+            gate = Lockstep(self.network, build.lockstep_of(scene, options.lockstep))
             self._open_channel(closing)
             closing.callback(self.queue.close, "the run has ended")
             self.session = build.start(
@@ -109,7 +111,7 @@ class Runner:
                 fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
-            self.session.queue = self.queue
+            self.session.queue, self.session.gate = self.queue, gate.opens
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
             self._open_recorder(modules)
@@ -193,7 +195,7 @@ class Runner:
         if self.options.record is not None:
             from graphengine.recording.recorder import Recorder
 
-            self._recorder = Recorder(
+            self.recorder = Recorder(
                 self.session,
                 self.network,
                 self.scene,
@@ -203,14 +205,9 @@ class Runner:
                 modules=modules,
             )
 
-    def mark(self, text: str) -> None:
-        """Add a verdict on the run to the recording, if there is one."""
-        if self._recorder is not None:
-            self._recorder.mark(text)
-
     def _end_recording(self, error: BaseException | None = None) -> None:
         """Close the recording, if there is one; `error` is stored in it as the reason for its end."""
-        recorder, self._recorder = self._recorder, None
+        recorder, self.recorder = self.recorder, None
         if recorder is not None:
             try:
                 recorder.close(error)

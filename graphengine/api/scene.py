@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from graphengine.api.run_options import Log, RunOptions, log_to_logging
+from graphengine.api.run_options import Log, RunOptions, log_to_logging, read_lockstep
 from graphengine.api.runner import Runner
 from graphengine.api.session import Session
+from graphengine.api.values import plain
 from graphengine.format.errors import UsageError
 from graphengine.messages.names import join_namespaces
 from graphengine.scene.loaded_scene import BadValues, LoadedScene
@@ -102,6 +103,7 @@ class Scene:
         force: bool = False,
         control: str | None = None,
         simulation_interfaces: str | None = None,
+        lockstep: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
         log: Log | None = None,
     ) -> Session:
         """Start a session and return it, stopped at time 0. Close the session, or use it in a `with` statement.
@@ -121,6 +123,9 @@ class Scene:
             force: whether to overwrite an existing recording.
             control: name of the session for `graphrun ctl`; None creates no control channel.
             simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None creates no services.
+            lockstep: topic on which the run waits for another program, with the keys of `lockstep` in a scene file, such as
+                `{"topic": "/cmd_vel", "period": 0.1}`, or a list of topics. None takes those of the scene file; `[]` waits
+                for no program.
             log: function to call for each log message of a node; its arguments are the severity, the prim path of the node
                 and the text. None sends the messages to the Python logger `graphengine`.
 
@@ -141,6 +146,7 @@ class Scene:
             force=force,
             control=control,
             simulation_interfaces=simulation_interfaces,
+            lockstep=read_lockstep(plain(lockstep)) if lockstep is not None else None,
             log=log or log_to_logging,
         )
         return Session(start_runner(self, options))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from graphengine.api.guards import reading
+from graphengine.api.guards import acting, reading
 from graphengine.api.pictures import simulated
 from graphengine.api.runner import AfterTick, Runner
+from graphengine.devices.robot_sensors import sensors_of
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PrimError, UnknownEntityError
-from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import unknown
 
 if TYPE_CHECKING:
@@ -62,6 +62,27 @@ class RobotSensor(AfterTick):
         self._runner.after_ticks.setdefault(self.prim_path, self)
         return newest.sample
 
+    @acting
+    def fault(
+        self,
+        *,
+        silent: bool = False,
+        dropout: float | None = None,
+        delay: float | None = None,
+        duration: float | None = None,
+    ) -> None:
+        """Let the sensor fail from the next tick on; the arguments are those of `Session.fault`.
+
+        >>> sim.robots["dd100"].sensors["sim_lidar"].fault(silent=True, duration=2.0)
+        """
+        how = {"silent": silent, "dropout": dropout, "delay": delay, "duration": duration}
+        self._runner.command("fault", sensor=self.prim_path, **how)
+
+    @acting
+    def mend(self) -> None:
+        """End the fault of the sensor, if it has one."""
+        self._runner.command("mend", sensor=self.prim_path)
+
     def _newest(self) -> NewestSample:
         from graphengine.physics.newest_sample import NewestSample
 
@@ -96,14 +117,5 @@ class Sensors(dict[str, RobotSensor]):
 
 def find_sensors(runner: Runner, robot: Prim) -> Sensors:
     """Return the sensors of a robot, in the order of the robot file."""
-    sensors, stage = Sensors(), runner.session.services.stage
-    for mount, path in robot.facts["mounts"].items():
-        prims = [prim for prim in stage.find(path).descendants() if _is_sensor(prim)] if path else []
-        for prim in prims:
-            name = mount if len(prims) == 1 else f"{mount}{prim.path.removeprefix(path)}"
-            sensors[name] = RobotSensor(runner, name, prim)
-    return sensors
-
-
-def _is_sensor(prim: Prim) -> bool:
-    return prim.kind in DEVICES.all and DEVICES.all[prim.kind].sample is not None
+    found = sensors_of(runner.session.services.stage, robot)
+    return Sensors((name, RobotSensor(runner, name, prim)) for name, prim in found.items())

@@ -43,6 +43,8 @@ class Session(SessionWorld):
         self._ports: dict[str, NodePort] = {}
         """Cache of `value`: ports of `_graphs` by the address that the caller gave."""
         self._checks: list[Check] = []
+        self._ended_by_failure = -1
+        """Tick at which `decided` found a failure; the run has ended there if no tick followed."""
 
     # Values of nodes
 
@@ -155,7 +157,8 @@ class Session(SessionWorld):
 
         >>> sim.mark("the pallet is in view")
         """
-        self._runner.mark(text)
+        if self._runner.recorder is not None:
+            self._runner.recorder.mark(text)
 
     def decided(self, _: object = None) -> bool:
         """Return whether all expectations are decided, or one of them is not met: an argument `until` for `run`.
@@ -166,10 +169,13 @@ class Session(SessionWorld):
         True
         """
         outcomes = {check.outcome for check in self._checks}
-        return bool(outcomes) and ("open" not in outcomes or bool(outcomes & {"failed", "error"}))
+        failed = bool(outcomes & {"failed", "error"})
+        if failed:
+            self._ended_by_failure = self.tick
+        return failed or (bool(outcomes) and "open" not in outcomes)
 
     def judge(self) -> None:
-        """End all expectations: what was not decided yet is decided now, unless another one has failed before.
+        """End all expectations: what is open is decided now, unless a failure has ended the run early by `until=sim.decided`.
 
         >>> check = sim.expect(ge.always("tilt('dd100') < 0.1"))
         >>> sim.run(1.0)
@@ -186,10 +192,17 @@ class Session(SessionWorld):
 
     @reading
     def end_expectations(self) -> None:
-        """Decide all expectations that are open. After a failure they stay open: the run may have ended because of it."""
-        failed = any(check.outcome in ("failed", "error") for check in self._checks)
+        """Decide all expectations that are open, unless a failure has ended the run early by `until=sim.decided`.
+
+        >>> check = sim.expect(ge.always("time < 9"))
+        >>> sim.run(0.1)
+        True
+        >>> sim.end_expectations()
+        >>> check.outcome
+        'passed'
+        """
         for check in self._checks:
-            if not failed:
+            if self._ended_by_failure != self.tick:
                 check.end()
             self._runner.after_ticks.pop(check, None)
 

@@ -210,8 +210,8 @@ class SessionControl:
 
         Args:
             command: name of the command. `pause` and `stop` suspend a `run`, `play` and `step` resume it, and `quit` ends it. The
-                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `reset-robot`, `push`, `command`, `set`, `impulse`,
-                `press`, `release`, `reload` and `state`.
+                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `reset-robot`, `push`, `fault`, `mend`,
+                `command`, `set`, `impulse`, `press`, `release`, `reload` and `state`.
             arguments: arguments of the command, as JSON values.
 
         Returns:

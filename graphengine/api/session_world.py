@@ -132,6 +132,47 @@ class SessionWorld(SessionControl):
         self._runner.command("push", entity=entity, **plain(how))
 
     @acting
+    def fault(
+        self,
+        *,
+        sensor: str | None = None,
+        topic: str | None = None,
+        silent: bool = False,
+        dropout: float | None = None,
+        delay: float | None = None,
+        duration: float | None = None,
+    ) -> None:
+        """Let a sensor or a topic fail from the next tick on. A recording stores the call.
+
+        The fault replaces an earlier fault of the sensor or topic. It ends after `duration`, by `mend`, or when the time is
+        reset. Delayed data that has not arrived by then is lost. A fault of a topic acts where graphs publish the topic; if no
+        graph does, it acts where graphs receive it.
+
+        >>> sim.fault(topic="/dd100_0000/odom", delay=0.3, duration=2.0)
+        >>> sim.fault(sensor="dd100/sim_lidar", dropout=0.2)
+        >>> sim.mend()
+
+        Args:
+            sensor: name of the sensor, ROBOT/SENSOR, or path of its prim.
+            topic: full name of the topic; give either a sensor or a topic.
+            silent: whether all samples or messages are lost.
+            dropout: probability with which each sample or message is lost; the session's seed determines which ones are.
+            delay: time by which samples or messages arrive later, s, rounded to whole ticks; their stamps do not change.
+            duration: simulation time after which the fault ends, s; None: it does not end by itself.
+
+        Raises:
+            UnknownEntityError: there is no such sensor or topic.
+            UsageError: `silent`, `dropout` and `delay` are all missing, or `silent` is given together with others.
+        """
+        how = {"silent": silent, "dropout": dropout, "delay": delay, "duration": duration}
+        self._runner.command("fault", sensor=sensor, topic=topic, **how)
+
+    @acting
+    def mend(self, *, sensor: str | None = None, topic: str | None = None) -> None:
+        """End the fault of a sensor or a topic; without arguments, end all faults. A recording stores the call."""
+        self._runner.command("mend", sensor=sensor, topic=topic)
+
+    @acting
     def spawn(
         self,
         name: str,

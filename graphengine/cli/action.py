@@ -7,9 +7,9 @@ import queue
 import sys
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.live import FEEDBACK, Live, absolute, add_live_arguments, add_message_arguments, show
+from graphengine.cli.live import FEEDBACK, Live, absolute, add_message_arguments, show
 from graphengine.cli.options import add_flag
-from graphengine.cli.subverbs import add_subverbs, execute, reach_of
+from graphengine.cli.subverbs import add_live_subverbs, execute, reach_of
 from graphengine.ros.network_graph import NetworkGraph
 
 if TYPE_CHECKING:
@@ -28,13 +28,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "info": ("list the clients and servers of an action", _info_arguments, _info),
         "send_goal": ("send a goal and print its result", _send_goal_arguments, _send_goal),
     }
-    add_subverbs(parser, subverbs, reach_of("servers"))
+    add_live_subverbs(parser, subverbs, reach_of("servers"), ("send_goal",))
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--show-types", "also print the type of each action", short="-t")
     add_flag(parser, "--count-actions", "print only the number of actions", short="-c")
-    add_live_arguments(parser)
 
 
 def _list(arguments: argparse.Namespace) -> int:
@@ -60,7 +59,6 @@ def _info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
     add_flag(parser, "--show-types", "also print the type of each client and server", short="-t")
     add_flag(parser, "--count", "print only the number of clients and servers", short="-c")
-    add_live_arguments(parser)
 
 
 def _info(arguments: argparse.Namespace) -> int:
@@ -93,7 +91,6 @@ def _send_goal_arguments(parser: argparse.ArgumentParser) -> None:
     add_message_arguments(parser, "goal", "goal", "{order: 10}")
     add_flag(parser, "--feedback", "print feedback as it arrives", short="-f")
     parser.epilog = "Ctrl-C cancels the goal. The exit code is 0 if the goal succeeded, else 1."
-    add_live_arguments(parser, clock=True)
 
 
 def _send_goal(arguments: argparse.Namespace) -> int:

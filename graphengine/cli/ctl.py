@@ -32,6 +32,7 @@ EXAMPLES = """examples:
   graphrun ctl play
   graphrun ctl rate 0.5
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
+  graphrun ctl fault --sensor dd100/sim_lidar --silent --for 2s
   graphrun ctl command arm --positions shoulder=0.5 elbow=90deg
   graphrun ctl move dd100 0 4 --yaw 90deg
   graphrun ctl reset-robot arm --joints shoulder=0.5
@@ -192,6 +193,22 @@ def _add_forces(add: Callable[..., Any]) -> None:
     point = "point of application in the world frame, m (default: centre of mass)"
     push.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=point)
 
+    summary = "let a sensor or a topic fail: silent, late, or with dropouts"
+    fault = add("fault", summary, "sensor", "topic", "silent", "dropout", "delay", "duration")
+    mend = add("mend", "end the fault of a sensor or a topic (default: all faults)", "sensor", "topic")
+    for verb, required in ((fault, True), (mend, False)):
+        one = verb.add_mutually_exclusive_group(required=required)
+        one.add_argument("--sensor", metavar="ROBOT/SENSOR", help="name of the sensor, or the path of its prim")
+        where = "full name of a topic; the fault acts where graphs publish it, or else where graphs receive it"
+        one.add_argument("--topic", metavar="TOPIC", help=where)
+    fault.add_argument("--silent", action="store_const", const=True, help="lose all samples or messages")
+    share = "probability with which a sample or message is lost, such as 0.2; the seed determines which ones are lost"
+    fault.add_argument("--dropout", metavar="SHARE", type=number, help=share)
+    late = "time by which samples or messages arrive later, such as 300ms; their stamps do not change"
+    fault.add_argument("--delay", metavar="TIME", type=duration, help=late)
+    end = "simulation time after which the fault ends, such as 2s (default: `mend` or a reset ends it)"
+    fault.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=end)
+
     command = add("command", "set targets of a robot's joints from the next tick on", "robot", make=_command)
     command.add_argument("robot", metavar="NAME", help="name of the robot")
     kinds = {
@@ -319,6 +336,8 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
         print(
             f"  {counted(len(state['findings']), 'error')} in changed files; the run continues with the previous version"
         )
+    for name in state.get("faults", ()) if robots else ():
+        print(clean(f"  fault: {name}"))
     for node, ticks in state.get("dropped_values", {}).items() if robots else ():
         print(clean(f"  dropped bad values: in {counted(ticks, 'tick')} at {node}"))
     for command, times in state.get("clamped_commands", {}).items() if robots else ():

@@ -6,9 +6,9 @@ import argparse
 import sys
 from collections.abc import Iterable
 
-from graphengine.cli.live import FEEDBACK, Live, absolute, add_live_arguments, is_hidden, show, types_by_name
+from graphengine.cli.live import FEEDBACK, Live, absolute, is_hidden, show, types_by_name
 from graphengine.cli.options import add_flag
-from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.subverbs import add_live_subverbs, execute
 from graphengine.ros.network_graph import Direction, NetworkGraph
 
 __all__ = ["add_arguments", "execute"]
@@ -23,13 +23,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "list": ("list the nodes", _list_arguments, _list),
         "info": ("list the topics, services and actions of a node", _info_arguments, _info),
     }
-    add_subverbs(parser, subverbs, "`graphrun nodes` lists the node types of graphs.")
+    add_live_subverbs(parser, subverbs, "`graphrun nodes` lists the node types of graphs.")
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--all", "include nodes whose name begins with _", short="-a")
     add_flag(parser, "--count-nodes", "print only the number of nodes", short="-c")
-    add_live_arguments(parser)
 
 
 def _list(arguments: argparse.Namespace) -> int:
@@ -51,7 +50,6 @@ def node_names(graph: NetworkGraph, hidden: bool) -> list[str]:
 def _info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("node", metavar="NODE", help="node, such as /graphengine")
     add_flag(parser, "--include-hidden", "include topics, services and actions with a name part that begins with _")
-    add_live_arguments(parser)
 
 
 def _info(arguments: argparse.Namespace) -> int:

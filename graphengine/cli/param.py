@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import clean
-from graphengine.cli.live import Live, absolute, add_live_arguments, is_hidden, show
+from graphengine.cli.live import Live, absolute, is_hidden, show
 from graphengine.cli.options import add_flag
 from graphengine.cli.parameter_file import EVERY_NODE, KEY, nested, read
-from graphengine.cli.subverbs import add_subverbs, execute, reach_of
+from graphengine.cli.subverbs import add_live_subverbs, execute, reach_of
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.ros.network_graph import NetworkGraph
@@ -34,11 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "get": ("print the value of a parameter", _get_arguments, _get),
         "set": ("set a parameter", _set_arguments, _set),
         "describe": ("print the types, descriptions and limits of parameters", _describe_arguments, _describe),
-        "dump": ("print all parameters of a node in the form of a YAML file", _dump_arguments, _dump),
+        "dump": ("print all parameters of a node in the form of a YAML file", _add_node_argument, _dump),
         "load": ("set the parameters of a node from a YAML file", _load_arguments, _load),
     }
     offered = "A run offers the inputs of its nodes and the variables of its graphs as parameters."
-    add_subverbs(parser, subverbs, f"{offered} {reach_of('nodes')}")
+    add_live_subverbs(parser, subverbs, f"{offered} {reach_of('nodes')}")
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +49,6 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
     prefixes = "list only parameters with these prefixes, such as cmd_vel.DiffController"
     parser.add_argument("--param-prefixes", metavar="PREFIX", nargs="+", default=[], help=prefixes)
     add_flag(parser, "--param-type", "also print the type of each parameter")
-    add_live_arguments(parser)
 
 
 def _list(arguments: argparse.Namespace) -> int:
@@ -89,7 +88,6 @@ def _get_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser)
     _add_parameter_argument(parser)
     add_flag(parser, "--hide-type", "print only the value")
-    add_live_arguments(parser)
 
 
 def _get(arguments: argparse.Namespace) -> int:
@@ -121,7 +119,6 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser)
     _add_parameter_argument(parser)
     parser.add_argument("value", metavar="VALUE", help="value as YAML, such as 0.5 or '[1.0, 0.0, 0.0]'")
-    add_live_arguments(parser)
 
 
 def _set(arguments: argparse.Namespace) -> int:
@@ -172,7 +169,6 @@ def report(result: Any, done: str, failed: str) -> int:
 def _describe_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser)
     _add_parameter_argument(parser, "parameters", nargs="+")
-    add_live_arguments(parser)
 
 
 def _describe(arguments: argparse.Namespace) -> int:
@@ -208,11 +204,6 @@ def _type_name(kind: int) -> str:
     return name.lower().replace("_", " ").replace("bool", "boolean")
 
 
-def _dump_arguments(parser: argparse.ArgumentParser) -> None:
-    _add_node_argument(parser)
-    add_live_arguments(parser)
-
-
 def _dump(arguments: argparse.Namespace) -> int:
     """Print the parameters as YAML; return 0."""
     import yaml
@@ -242,7 +233,6 @@ def _load_arguments(parser: argparse.ArgumentParser) -> None:
     form = "YAML file in the form that `graphrun param dump` prints"
     parser.add_argument("file", metavar="FILE", type=Path, help=form)
     add_flag(parser, "--no-use-wildcard", f"ignore the parameters below {EVERY_NODE}, which are for all nodes")
-    add_live_arguments(parser)
 
 
 def _load(arguments: argparse.Namespace) -> int:

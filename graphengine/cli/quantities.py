@@ -9,15 +9,16 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 
+from graphengine.format import durations
 from graphengine.runtime.pacer import SLOWEST
 
 
 def duration(text: str) -> float:
     """Parse a time such as `10`, `10s`, `500ms` or `2min`; return it in seconds."""
-    match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
-    if match is None:
-        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a time; write 10, 10s, 500ms or 2min")
-    return float(match[1]) * {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}[match[2]]
+    try:
+        return durations.seconds(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def rate(text: str) -> float:

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.console import Console
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.quantities import address, duration, rate
 from graphengine.cli.terminal import wrapped
 
@@ -67,6 +67,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " camera images"
     )
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
+    lockstep = (
+        "wait for a program, such as a controller on /clock: where each period of simulation time ends, the next tick begins when"
+        " the program has sent its messages on the topic, as in /dd100_0000/cmd_vel=0.1s or /cmd_vel=0.1s,messages=2,timeout=10s"
+        " (default: 1 message, 5s); replaces the topics of the scene's key `lockstep`"
+    )
+    add_repeatable(parser, "--lockstep", "TOPIC=PERIOD", lockstep, type=_lockstep)
+    add_flag(parser, "--no-lockstep", "do not wait for programs, even if the scene has the key `lockstep`")
     profile = (
         "at the end, print how often each node ran and fired, and its computing time, measured in every tenth tick"
     )
@@ -104,9 +111,15 @@ def _namespace(text: str) -> str:
     return text
 
 
+def _lockstep(text: str) -> dict[str, Any]:
+    """Parse an entry such as `/cmd_vel=0.1s,messages=2` to the keys of `lockstep` in a scene file."""
+    parts = dict(pair.partition("=")[::2] for pair in f"topic={text.replace('=', ',period=', 1)}".split(","))
+    return {key: int(value) if value.isdecimal() else value for key, value in parts.items()}
+
+
 def execute(arguments: argparse.Namespace) -> int:
     """Run until `--for` has passed or a signal ends the run; return 0, or 1 if the files have errors."""
-    from graphengine.api.run_options import RunOptions, check_recording
+    from graphengine.api.run_options import RunOptions, check_recording, read_lockstep
     from graphengine.api.scene import start_runner
     from graphengine.api.viewing import open_page
     from graphengine.cli.common import clean, open_scene
@@ -134,6 +147,7 @@ def execute(arguments: argparse.Namespace) -> int:
         parameters=not arguments.no_parameters,
         log=console.say,
         fault=console.fault,
+        lockstep=read_lockstep(arguments.lockstep) if arguments.lockstep or arguments.no_lockstep else None,
         patient=arguments.rate is not None and math.isinf(arguments.rate),
     )
     runner = start_runner(scene, options)

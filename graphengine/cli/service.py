@@ -6,19 +6,10 @@ import argparse
 import sys
 import time
 
-from graphengine.cli.live import (
-    Live,
-    absolute,
-    add_live_arguments,
-    add_message_arguments,
-    is_hidden,
-    near_topic,
-    show,
-    types_by_name,
-)
+from graphengine.cli.live import Live, absolute, add_message_arguments, is_hidden, near_topic, show, types_by_name
 from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import positive
-from graphengine.cli.subverbs import add_subverbs, execute, reach_of
+from graphengine.cli.subverbs import add_live_subverbs, execute, reach_of
 
 __all__ = ["add_arguments", "execute"]
 
@@ -30,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "type": ("print the type of a service", _type_arguments, _type),
         "call": ("send a request and print the response", _call_arguments, _call),
     }
-    add_subverbs(parser, subverbs, reach_of("servers"))
+    add_live_subverbs(parser, subverbs, reach_of("servers"), ("call",))
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +29,6 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--count-services", "print only the number of services", short="-c")
     hidden = "include services with a name part that begins with _, such as those of actions"
     add_flag(parser, "--include-hidden-services", hidden)
-    add_live_arguments(parser)
 
 
 def _list(arguments: argparse.Namespace) -> int:
@@ -53,7 +43,6 @@ def _list(arguments: argparse.Namespace) -> int:
 
 def _type_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("service", metavar="SERVICE", help="service, such as /get_map")
-    add_live_arguments(parser)
 
 
 def _type(arguments: argparse.Namespace) -> int:
@@ -78,7 +67,6 @@ def _call_arguments(parser: argparse.ArgumentParser) -> None:
     rate = "repeat the call at this rate, Hz, until Ctrl-C (default: call once)"
     parser.add_argument("-r", "--rate", metavar="HZ", type=positive, help=rate)
     parser.epilog = "The exit code is 0 if the server responded, else 1."
-    add_live_arguments(parser, clock=True)
 
 
 def _call(arguments: argparse.Namespace) -> int:

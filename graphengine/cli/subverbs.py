@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
+from graphengine.cli.live import add_live_arguments
 from graphengine.cli.parser import add_verb
 
 Subverb = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
 """A subverb: its summary, the function that adds its arguments, and the function that executes it and returns the exit code."""
 
 
-def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, Subverb], epilog: str | None = None) -> None:
-    """Add subverbs to the parser of a verb.
+def add_subverbs(
+    parser: argparse.ArgumentParser, subverbs: Mapping[str, Subverb], epilog: str | None = None
+) -> dict[str, argparse.ArgumentParser]:
+    """Add subverbs to the parser of a verb; return their parsers by name.
 
     Args:
         parser: parser of the verb.
@@ -25,6 +28,22 @@ def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, Subverb
         sub = add_verb(verbs, name, summary)
         add_arguments(sub)
         sub.set_defaults(execute_subverb=execute_subverb)
+    return dict(verbs.choices)
+
+
+def add_live_subverbs(
+    parser: argparse.ArgumentParser, subverbs: Mapping[str, Subverb], epilog: str, clocked: Collection[str] = ()
+) -> None:
+    """Add subverbs that join the network to the parser of a verb.
+
+    Args:
+        parser: parser of the verb.
+        subverbs: the subverbs by name; the options for joining follow the arguments that they add.
+        epilog: text at the end of the verb's help.
+        clocked: names of the subverbs with `--use-sim-time`.
+    """
+    for name, sub in add_subverbs(parser, subverbs, epilog).items():
+        add_live_arguments(sub, clock=name in clocked)
 
 
 def reach_of(peers: str) -> str:

@@ -8,20 +8,11 @@ import sys
 import time
 from typing import Literal
 
-from graphengine.cli.live import (
-    POLL,
-    Live,
-    absolute,
-    add_live_arguments,
-    add_message_arguments,
-    is_hidden,
-    near_topic,
-    show,
-)
+from graphengine.cli.live import POLL, Live, absolute, add_message_arguments, is_hidden, near_topic, show
 from graphengine.cli.options import add_flag
 from graphengine.cli.qos_options import add_quality_arguments, quality, shouted
 from graphengine.cli.quantities import count, positive, seconds
-from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.subverbs import add_live_subverbs, execute
 from graphengine.cli.topic_subscription import delay, delay_arguments, echo, echo_arguments, hz, hz_arguments
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.messages.qos import mismatch
@@ -47,7 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "delay": (age, delay_arguments, delay),
         "pub": ("publish messages on a topic", _pub_arguments, _pub),
     }
-    add_subverbs(parser, subverbs, "`graphrun topics SCENE` lists the topics of a scene without running it.")
+    where = "`graphrun topics SCENE` lists the topics of a scene without running it."
+    add_live_subverbs(parser, subverbs, where, ("hz", "delay", "pub"))
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +47,6 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--count-topics", "print only the number of topics", short="-c")
     add_flag(parser, "--include-hidden-topics", "include topics with a name part that begins with _")
     add_flag(parser, "--verbose", "also print the types and the numbers of publishers and subscribers", short="-v")
-    add_live_arguments(parser)
 
 
 def _list(arguments: argparse.Namespace) -> int:
@@ -87,7 +78,6 @@ def _info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     what = "also print node, type, type hash, GID and quality of service of each publisher and subscriber"
     add_flag(parser, "--verbose", what, short="-v")
-    add_live_arguments(parser)
 
 
 def _info(arguments: argparse.Namespace) -> int:
@@ -165,7 +155,6 @@ def _pub_arguments(parser: argparse.ArgumentParser) -> None:
         "-n", "--node-name", metavar="NAME", help="name of the publishing node (default: a hidden name)"
     )
     add_quality_arguments(parser, "default")
-    add_live_arguments(parser, clock=True)
 
 
 def _pub(arguments: argparse.Namespace) -> int:

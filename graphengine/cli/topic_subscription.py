@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
-from graphengine.cli.live import Live, absolute, add_live_arguments, show
+from graphengine.cli.live import Live, absolute, show
 from graphengine.cli.options import add_flag
 from graphengine.cli.qos_options import add_quality_arguments, quality_for
 from graphengine.cli.quantities import count, positive, size
@@ -67,7 +67,6 @@ def echo_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_flag(parser, "--summary", summary)
     add_quality_arguments(parser, "sensor_data")
-    add_live_arguments(parser)
 
 
 def echo(arguments: argparse.Namespace) -> int:
@@ -163,7 +162,6 @@ def hz_arguments(parser: argparse.ArgumentParser) -> None:
     wanted = "count only messages for which this Python expression is true, such as 'm.data > 0'; m is the message"
     parser.add_argument("--filter", metavar="EXPR", help=wanted)
     add_flag(parser, "--wall-time", "measure in wall time, even with --use-sim-time")
-    add_live_arguments(parser, clock=True)
 
 
 def _add_window_argument(parser: argparse.ArgumentParser) -> None:
@@ -201,7 +199,6 @@ def delay_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `graphrun topic delay`."""
     parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header, such as /scan")
     _add_window_argument(parser)
-    add_live_arguments(parser, clock=True)
 
 
 def delay(arguments: argparse.Namespace) -> int:

@@ -14,9 +14,9 @@ from graphengine.cli.quantities import seconds
 from graphengine.format import interrupts
 
 if TYPE_CHECKING:
+    from graphengine.api.recording_page import ReplayLog
     from graphengine.cli.recorded_run import RecordedRun
     from graphengine.recording.player import RecordingPlayer
-    from graphengine.view.html.replay import ReplayLog
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,10 +44,10 @@ def execute(arguments: argparse.Namespace) -> int:
     Raises:
         UsageError: the file cannot be replayed, or the name of the file to write has the wrong suffix.
     """
+    from graphengine.api.recording_page import ReplayLog
     from graphengine.api.viewing import check_packages
     from graphengine.cli.common import check_suffix
     from graphengine.cli.recorded_run import start_recorded_run
-    from graphengine.view.html.replay import ReplayLog
 
     log = ReplayLog()
     if arguments.html is None:
@@ -70,20 +70,16 @@ def _interrupted_by_sigterm() -> Iterator[None]:
 
 
 def _write_html(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog) -> int:
+    from graphengine.api.recording_page import write_recording
     from graphengine.cli.common import clean
     from graphengine.cli.progress import progress
     from graphengine.format.files import near
     from graphengine.recording.player import RecordingPlayer
-    from graphengine.view.html.page import robot_plots, write_html
-    from graphengine.view.html.replay import sample_replay
 
-    recording, marks = run.recording, log.marks
     session, network = run.runner.session, run.runner.network
-    with contextlib.closing(RecordingPlayer(session, network, recording, marks, run.warn)) as player:
-        with progress("replaying", lambda: recording.share_read, 1.0):
-            trace = sample_replay(player)
-        plots, title = robot_plots(trace), recording.path.name
-        write_html(trace, arguments.html, title=title, plots=plots, marks=marks.all, log=log.entries)
+    with contextlib.closing(RecordingPlayer(session, network, run.recording, log.marks, run.warn)) as player:
+        with progress("replaying", lambda: run.recording.share_read, 1.0):
+            write_recording(player, log, arguments.html)
         print(run.plain(_summary(player)), file=sys.stderr)
     print(clean(f"{near(str(arguments.html))}: {arguments.html.stat().st_size / 1e6:.1f} MB"))
     return 0

@@ -9,7 +9,7 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError
 from graphengine.format.prim_paths import at_or_below
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 
 

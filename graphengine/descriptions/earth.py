@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from graphengine.descriptions.engine import mujoco
-from graphengine.format.spec import EarthSpec
+from graphengine.format.scene_spec import EarthSpec
 
 EARTH = "spherical_coordinates"
 """Name of the custom numbers of a model: latitude, longitude (degrees), elevation (m) and heading (degrees)."""

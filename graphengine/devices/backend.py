@@ -15,6 +15,7 @@ from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.devices.visible import Bodies
 from graphengine.format.errors import JointError
+from graphengine.format.faults import Faults
 from graphengine.format.wording import did_you_mean, listing
 
 D = TypeVar("D")
@@ -148,6 +149,9 @@ class World(Protocol):
 
     realtime: bool
     """Whether ticks follow the wall clock. If so, late camera images are dropped; if not, ticks wait for them."""
+
+    faults: Faults
+    """Faults of sensors, by prim path; `reset_time` ends them."""
 
     @property
     def dropped_pictures(self) -> Mapping[str, int]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.device import SampleReader, Stub, TickSensor, device
 from graphengine.devices.rotation import Quaternion
 from graphengine.devices.stage import Prim
 
@@ -122,10 +122,14 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
     return focal, focal, (width - 1) / 2, (height - 1) / 2
 
 
-def _picture(camera: Camera) -> Picture | None:
-    """Request the image of this tick, and return the image that is delivered in it."""
-    camera.request()
-    return camera.delivered()
+class _PictureReader(SampleReader):
+    """Requests the image of each tick, and returns the image that is delivered in it."""
+
+    lasts = False
+
+    def __call__(self, camera: Camera) -> Picture | None:
+        camera.request()
+        return camera.delivered()
 
 
 @device(
@@ -137,7 +141,7 @@ def _picture(camera: Camera) -> Picture | None:
     child="Camera",
     orientation=LOOKING_FORWARD,
     in_rigs=True,
-    sample=_picture,
+    sample=_PictureReader("delivered"),
 )
 class CameraStub(Stub):
     """A camera for tests. It delivers the image that a test sets with `show`; initially it delivers none.

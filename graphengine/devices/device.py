@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from graphengine.devices.rotation import IDENTITY, Quaternion
 from graphengine.devices.stage import Prim
@@ -18,6 +18,7 @@ from graphengine.format.kinds import DEVICES
 from graphengine.format.stateful import Shared
 
 D = TypeVar("D")
+R = TypeVar("R")
 
 
 class Sensor(Protocol):
@@ -55,13 +56,45 @@ class Stub(Shared):
     """Base class of device stubs, which stand in for devices in `graphrun check` and in tests. Tests set their readings.
 
     Args:
-        prim: prim of the device; its `facts` hold the values of the device's profile. A missing value gets a default.
+        prim: prim of the device; its `facts` hold the values of the device's profile, which replace the class attributes of the
+            same names.
     """
+
+    rate = 30.0
+    due = False
+    index = 0
 
     def __init__(self, prim: Prim) -> None:
         self.prim_path = prim.path
-        self.rate: float = prim.facts.get("rate", 30.0)
-        self.due, self.index = False, 0
+        vars(self).update({name: value for name, value in prim.facts.items() if hasattr(self, name)})
+
+
+class ReadingStub(Stub, Generic[R]):
+    """Base class of stubs whose reading a test assigns to `measured`, or sets by a method `measure` of the subclass."""
+
+    measured: R
+
+    def reading(self) -> R:
+        """Return the value of `measured`."""
+        return self.measured
+
+
+class SampleReader:
+    """Calls a method of a device in the ticks with a new sample: in all ticks if it has no rate.
+
+    Args:
+        method: name of the method, which returns a sample.
+    """
+
+    lasts = True
+    """Whether the method returns the newest sample also in ticks without a new one; otherwise it then returns None."""
+
+    def __init__(self, method: str) -> None:
+        self.method = method
+
+    def __call__(self, device: Any) -> Any:
+        """Return the sample of this tick, or None."""
+        return getattr(device, self.method)() if getattr(device, "due", True) else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +110,7 @@ class Device:
         child: name of the device's prim, which is a child of the mount's prim; empty if the mount's prim is the device.
         orientation: orientation of the device's prim in the mount's frame.
         in_rigs: whether a rig, a sensor that consists of several devices, may contain devices of this kind.
-        sample: function that returns the sample of a device in this tick, or None if it has no new one; called once in each tick,
+        sample: reader that returns the sample of a device in this tick, or None if it has no new one; called once in each tick,
             after the graphs. None for a device that is no sensor.
         ticks_only: whether the device has at most one sample per tick. Graphs that run at physics steps cannot read such devices.
     """
@@ -89,13 +122,13 @@ class Device:
     child: str = ""
     orientation: Quaternion = IDENTITY
     in_rigs: bool = False
-    sample: Callable[[Any], Any] | None = None
+    sample: SampleReader | None = None
     ticks_only: bool = False
 
 
-def when_due(method: str) -> Callable[[Any], Any]:
-    """Return a function that calls this method of a device in the ticks with a new sample: in all ticks if it has no rate."""
-    return lambda device: getattr(device, method)() if getattr(device, "due", True) else None
+def when_due(method: str) -> SampleReader:
+    """Return the reader that calls this method of a device."""
+    return SampleReader(method)
 
 
 DEVICE_OF: dict[Any, Device] = {}

@@ -21,6 +21,7 @@ from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.devices.visible import Bodies
 from graphengine.format.errors import UnknownEntityError
+from graphengine.format.faults import Faults
 from graphengine.format.stateful import Shared, Stateful
 
 D = TypeVar("D")
@@ -65,6 +66,7 @@ class DryWorld(Stateful):
         self.substeps = substeps
         self.realtime = False
         self.seed = 0
+        self.faults = Faults()
         self.dropped_pictures: dict[str, int] = {}
         self.clamps_commands = True
         self.clamped_commands: dict[str, int] = {}

@@ -12,8 +12,9 @@ from typing import Literal
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.format.errors import BlockedPoseError
 
-EntityKind = Literal["robot", "object", "static"]
-"""A `robot` has joints or sensors. Of the other entities, an `object` can move, and a `static` entity cannot."""
+EntityKind = Literal["robot", "object", "static", "mover"]
+"""A `robot` has joints or sensors. Of the other entities, an `object` can move, a `static` entity cannot, and a `mover` follows
+its path in the scene."""
 MOST_TOLD = 3
 """Maximum number of overlaps or entities that a finding or warning lists."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import Stub, TickSensor, device, when_due
+from graphengine.devices.device import ReadingStub, TickSensor, device, when_due
 from graphengine.devices.rotation import ORIGIN, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import ContextError
@@ -52,7 +52,7 @@ def measured_link(prim: Prim) -> Prim:
     title="a force-torque sensor",
     sample=when_due("reading"),
 )
-class ForceTorqueStub(Stub):
+class ForceTorqueStub(ReadingStub[Wrench]):
     """A force-torque sensor for tests. It reports the wrench that a test sets with `measure`; initially, the wrench is 0."""
 
     measured = Wrench(0.0, 0, ORIGIN, ORIGIN)
@@ -64,7 +64,3 @@ class ForceTorqueStub(Stub):
     def measure(self, force: Vector3, torque: Vector3, *, time: float = 0.0, index: int = 0) -> None:
         """Set the force (N), torque (N m), simulation time (s) and index of this tick's sample."""
         self.due, self.index, self.measured = True, index, Wrench(time, index, force, torque)
-
-    def reading(self) -> Wrench:
-        """Return the wrench that the test set."""
-        return self.measured

@@ -91,12 +91,12 @@ class LidarStub(Stub):
     """
 
     casts = 0
+    angles = (0.0, 0.0, 1.0)
+    ranges = (0.05, 10.0)
     _seen: Scan | None = None
 
     def __init__(self, prim: Prim) -> None:
         super().__init__(prim)
-        self.angles: tuple[float, float, float] = prim.facts.get("angles", (0.0, 0.0, 1.0))
-        self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.05, 10.0))
         self.elevations: NDArray[np.float64] = np.array(prim.facts.get("elevations", (0.0,)), float)
         self.directions = beam_directions(self.angles, self.elevations)
 

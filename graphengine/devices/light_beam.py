@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.device import Sensor, Stub, device, when_due
+from graphengine.devices.device import ReadingStub, Sensor, device, when_due
 
 Floats = NDArray[np.float64]
 
@@ -39,11 +39,7 @@ class LightBeam(Sensor, Protocol):
 
 
 @device("light_beam", LightBeam, usd="IsaacLightBeamSensor", title="a light beam sensor", sample=when_due("reading"))
-class LightBeamStub(Stub):
+class LightBeamStub(ReadingStub[BeamReading]):
     """A light beam sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no beams."""
 
     measured = BeamReading(0.0, np.zeros(0, bool), np.zeros(0), *[np.zeros((0, 3))] * 3)
-
-    def reading(self) -> BeamReading:
-        """Return the value of `measured`."""
-        return self.measured

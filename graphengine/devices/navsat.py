@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import Stub, TickSensor, device, when_due
-from graphengine.devices.stage import Prim
+from graphengine.devices.device import ReadingStub, TickSensor, device, when_due
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,22 +44,15 @@ class NavSat(TickSensor, Protocol):
 
 
 @device("navsat", NavSat, usd="NavSatSensor", title="a navsat receiver", sample=when_due("reading"))
-class NavSatStub(Stub):
+class NavSatStub(ReadingStub[NavSatReading]):
     """A receiver for tests. It reports the position that a test sets with `measure`; initially, latitude and longitude are 0."""
 
     measured = NavSatReading(0.0, 0, 0.0, 0.0, 0.0)
-
-    def __init__(self, prim: Prim) -> None:
-        super().__init__(prim)
-        self.fix: str = prim.facts.get("fix", "fix")
-        self.horizontal_noise: float = prim.facts.get("horizontal_noise", 0.0)
-        self.vertical_noise: float = prim.facts.get("vertical_noise", 0.0)
+    fix = "fix"
+    horizontal_noise = 0.0
+    vertical_noise = 0.0
 
     def measure(self, latitude: float, longitude: float, altitude: float, *, time: float = 0.0, index: int = 0) -> None:
         """Set the position (degrees, m), simulation time (s) and index of this tick's sample."""
         self.due, self.index = True, index
         self.measured = NavSatReading(time, index, latitude, longitude, altitude)
-
-    def reading(self) -> NavSatReading:
-        """Return the reading that the test set."""
-        return self.measured

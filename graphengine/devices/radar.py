@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from graphengine.devices.device import Stub, TickSensor, device, when_due
-from graphengine.devices.stage import Prim
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +38,12 @@ class Radar(TickSensor, Protocol):
         """Return the newest sample. The first call in its tick casts the rays; all callers get the same object."""
 
 
+def _detections(time: float, index: int, points: ArrayLike, *values: ArrayLike) -> Detections:
+    placed = np.array(points, np.float32).reshape(-1, 3)
+    velocities, intensities = (np.full(len(placed), value, np.float32) for value in values)
+    return Detections(time, index, placed, velocities, intensities)
+
+
 @device("radar", Radar, usd="OmniRadar", title="a radar", rank=3, child="Radar", sample=when_due("detections"))
 class RadarStub(Stub):
     """A radar for tests. It reports the detections that a test sets with `see`; initially, there are none.
@@ -47,11 +52,8 @@ class RadarStub(Stub):
     """
 
     casts = 0
-
-    def __init__(self, prim: Prim) -> None:
-        super().__init__(prim)
-        self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.2, 100.0))
-        self._seen = _detections(0.0, 0, np.empty((0, 3)), 0.0, 0.0)
+    ranges = (0.2, 100.0)
+    _seen = _detections(0.0, 0, (), 0.0, 0.0)
 
     def see(
         self,
@@ -78,9 +80,3 @@ class RadarStub(Stub):
         """Return the detections that the test set."""
         self.casts += 1
         return self._seen
-
-
-def _detections(time: float, index: int, points: ArrayLike, *values: ArrayLike) -> Detections:
-    placed = np.array(points, np.float32).reshape(-1, 3)
-    velocities, intensities = (np.full(len(placed), value, np.float32) for value in values)
-    return Detections(time, index, placed, velocities, intensities)

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import Stub, TickSensor, device, when_due
-from graphengine.devices.stage import Prim
+from graphengine.devices.device import ReadingStub, TickSensor, device, when_due
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,22 +45,15 @@ class RangeSensor(TickSensor, Protocol):
 
 
 @device("range", RangeSensor, usd="RangeSensor", title="a range sensor", sample=when_due("reading"))
-class RangeSensorStub(Stub):
+class RangeSensorStub(ReadingStub[RangeReading]):
     """A range sensor for tests. It reports the distance that a test sets with `measure`; initially, no surface is in range."""
 
     measured = RangeReading(0.0, 0, math.inf)
-
-    def __init__(self, prim: Prim) -> None:
-        super().__init__(prim)
-        self.radiation_type: str = prim.facts.get("radiation_type", "ultrasound")
-        self.field_of_view: float = prim.facts.get("field_of_view", 0.25)
-        self.ranges: tuple[float, float] = prim.facts.get("ranges", (0.02, 4.0))
-        self.noise_std: float = prim.facts.get("noise_std", 0.0)
+    radiation_type = "ultrasound"
+    field_of_view = 0.25
+    ranges = (0.02, 4.0)
+    noise_std = 0.0
 
     def measure(self, distance: float, *, time: float = 0.0, index: int = 0) -> None:
         """Set the distance (m), simulation time (s) and index of this tick's sample."""
         self.due, self.index, self.measured = True, index, RangeReading(time, index, distance)
-
-    def reading(self) -> RangeReading:
-        """Return the reading that the test set."""
-        return self.measured

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.device import Sensor, Stub, device, when_due
+from graphengine.devices.device import ReadingStub, Sensor, device, when_due
 
 Floats = NDArray[np.float64]
 
@@ -44,12 +44,8 @@ class RaycastSensor(Sensor, Protocol):
 
 
 @device("raycast", RaycastSensor, usd="IsaacRaycastSensor", title="a raycast sensor", sample=when_due("reading"))
-class RaycastSensorStub(Stub):
+class RaycastSensorStub(ReadingStub[RaycastReading]):
     """A raycast sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no rays."""
 
     _none = np.zeros((0, 3))
     measured = RaycastReading(0.0, np.zeros(0), _none, _none, (), _none, _none)
-
-    def reading(self) -> RaycastReading:
-        """Return the value of `measured`."""
-        return self.measured

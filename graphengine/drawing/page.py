@@ -29,8 +29,8 @@ def draw(views: Sequence[GraphView]) -> str:
     policy = "; ".join(
         (
             "default-src 'none'",
-            f"script-src {_digest(script)}",
-            f"style-src {_digest(style)} {_digest(svg.STYLE)}",
+            f"script-src {digest(script)}",
+            f"style-src {digest(style)} {digest(svg.STYLE)}",
             "base-uri 'none'",
             "form-action 'none'",
         )
@@ -39,5 +39,6 @@ def draw(views: Sequence[GraphView]) -> str:
     return page.substitute(policy=policy, title=title, style=style, drawing=drawing, script=script)
 
 
-def _digest(text: str) -> str:
+def digest(text: str) -> str:
+    """Return the digest of a script or style sheet, as a content security policy names it."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -17,7 +17,6 @@ from graphengine.api.session import Session
 from graphengine.experiments.case_run import CaseOptions, CaseResult, run_case
 from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import GraphError
-from graphengine.view.html.page import Plot
 
 if TYPE_CHECKING:
     from graphengine.experiments.scenario import Case, Scenario
@@ -67,13 +66,12 @@ def _write_page(page: RunPage, place: Path, name: str, checks: Sequence[Expectat
         for check in checks
         if check.verdict.decided is not None
     ]
-    plots = []
     for check in checks:
         finite = [(time, margin) for time, margin in check.trace or () if math.isfinite(margin)]
         if finite:
             times, margins = zip(*finite, strict=True)
-            plots.append(Plot(f"margin of {check.expectation.text}", times, margins, limits=(0.0, None)))
-    page.write(place / PAGE, title=name, plots=plots, marks=sorted(marks))
+            page.plot(f"margin of {check.expectation.text}", times, margins, least=0.0)
+    page.write(place / PAGE, title=name, marks=sorted(marks))
 
 
 def _write_report(place: Path, result: CaseResult) -> None:

@@ -14,7 +14,6 @@ from typing import Any, Literal
 
 from graphengine.api.expectations.expectations import ExpectationCheck
 from graphengine.api.run_options import Log
-from graphengine.api.scene_loading import load
 from graphengine.api.session import Session
 from graphengine.experiments.domains import free_domain
 from graphengine.experiments.programs import Programs
@@ -139,10 +138,11 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
         domain = result.domain = closing.enter_context(free_domain())
         environ["ROS_DOMAIN_ID"] = str(domain)
     try:
-        scene = load(scenario.scene, set=case.settings, allow_scripts=options.scripts)
+        scene = scenario.load(case.settings, allow_scripts=options.scripts)
     except UsageError as error:
         result.reason = _of_loading(scenario, str(error))
         return
+    lockstep = spec.lockstep
     session = closing.enter_context(
         scene.session(
             transport=transport,
@@ -151,6 +151,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
             record=options.record,
             force=options.record is not None,
             log=options.log,
+            lockstep=[entry.model_dump() for entry in lockstep] if lockstep is not None else None,
         )
     )
     outputs = options.outputs or Path(closing.enter_context(tempfile.TemporaryDirectory(prefix="graphengine-")))

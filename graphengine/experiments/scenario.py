@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from graphengine.experiments.durations import Period
+from graphengine.api.scene import Scene
+from graphengine.api.scene_loading import load
 from graphengine.experiments.expectation_specs import ExpectationSpec
 from graphengine.experiments.steps import StepSpec
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import load as load_document
+from graphengine.format.durations import Period
 from graphengine.format.errors import UsageError
+from graphengine.format.files import find_file
 from graphengine.format.legal_names import Name
+from graphengine.format.scene_spec import LockstepSpecs, MoverSpec
 from graphengine.format.spec import FileSpec, Format
 from graphengine.format.spec_reader import Loaded, read
 
@@ -58,6 +64,10 @@ class ScenarioSpec(FileSpec):
     """Python packages and programs without which the scenario is skipped, such as rclpy or nav2_bt_navigator."""
     transport: Literal["memory", "auto", "dds", "rclpy"] | None = None
     """Network of the session; default: `auto` if a step starts a program, else `memory`, without a network."""
+    movers: dict[Name, MoverSpec] = {}
+    """Persons, vehicles and things that move, as the key `movers` of a scene, in addition to those of the scene."""
+    lockstep: LockstepSpecs | None = None
+    """Topics on which the run waits for a program, as the key `lockstep` of a scene; replaces that of the scene."""
     do: tuple[StepSpec, ...] = Field(default=(), strict=False)
     """Steps, executed one after the other."""
     expect: tuple[ExpectationSpec, ...] = Field(default=(), strict=False)
@@ -119,6 +129,27 @@ class Scenario:
         """Path of the scene, or its name if it belongs to the package."""
         beside = self.path.parent / self.spec.scene
         return str(beside) if beside.is_file() else self.spec.scene
+
+    def load(self, settings: Mapping[str, Any] = MappingProxyType({}), *, allow_scripts: bool = False) -> Scene:
+        """Load the scene, with the movers of the scenario.
+
+        Args:
+            settings: values of inputs by address.
+            allow_scripts: whether graphs may run the Python code of their ScriptNodes.
+
+        Raises:
+            CheckError: the scene has errors.
+            UsageError: there is no such scene.
+        """
+        if not self.spec.movers:
+            return load(self.scene, set=settings, allow_scripts=allow_scripts)
+        path, findings = find_file(self.scene), Findings()
+        document = load_document(path, findings)
+        findings.raise_errors()
+        assert document is not None
+        own = {name: mover.model_dump(mode="json", exclude_unset=True) for name, mover in self.spec.movers.items()}
+        scene = {**document.data, "movers": {**document.data.get("movers", {}), **own}}
+        return load(scene, folder=path.parent, set=settings, allow_scripts=allow_scripts)
 
     def place(self, *location: str | int) -> str:
         """Return the place of an entry, as `FILE:LINE`."""

@@ -14,9 +14,9 @@ from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.readings import readings_of
 from graphengine.api.session import Session
 from graphengine.api.session_control import RECORDED_COMMANDS
-from graphengine.experiments.durations import Duration, Period, seconds
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.waiting import WaitSpec
+from graphengine.format.durations import Duration, Period, in_seconds
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.format.spec import FileSpec, Spec
 from graphengine.format.spec_reader import keys_of
@@ -120,7 +120,7 @@ class _Step(FileSpec):
     @classmethod
     def _duration_or_condition(cls, value: Any) -> Any:
         try:
-            return seconds(value)
+            return in_seconds(value)
         except ValueError:
             return value
 
@@ -163,7 +163,7 @@ def _with_seconds(step: Any) -> Any:
     if not isinstance(step, dict):
         return step
     return {
-        key: {**given, "duration": seconds(given["duration"])}
+        key: {**given, "duration": in_seconds(given["duration"])}
         if isinstance(given, dict) and "duration" in given
         else given
         for key, given in step.items()

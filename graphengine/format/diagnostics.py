@@ -9,6 +9,7 @@ import json
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal
 
 from graphengine.format.errors import GraphError
@@ -16,88 +17,8 @@ from graphengine.format.wording import did_you_mean, printable
 
 Severity = Literal["error", "warning", "note"]
 
-CODES: dict[str, str] = {
-    "G101": "file cannot be read",
-    "G102": "YAML syntax",
-    "G103": "duplicate key",
-    "G104": "forbidden YAML feature",
-    "G105": "file too large or nested too deeply",
-    "G106": "unknown key",
-    "G107": "missing key",
-    "G108": "wrong type of value",
-    "G109": "illegal value",
-    "G110": "unknown format version",
-    "G111": "unknown parameter",
-    "G201": "unknown node type",
-    "G202": "malformed connection",
-    "G203": "unknown node in a connection",
-    "G204": "unknown port",
-    "G205": "wrong direction of a port",
-    "G206": "types of a connection do not match",
-    "G207": "two wires into one data input",
-    "G208": "missing required input",
-    "G209": "cycle of data nodes",
-    "G210": "cycle of execution wires",
-    "G211": "wrong type of a port's value",
-    "G212": "port's value out of range",
-    "G213": "type of a port cannot be determined",
-    "G214": "subgraph that cannot be expanded",
-    "G301": "no such prim",
-    "G302": "ambiguous prim path",
-    "G303": "no such joint",
-    "G304": "name that is not legal in ROS 2",
-    "G305": "one topic with two message types",
-    "G306": "one TF frame with two parents",
-    "G307": "node cannot be set up",
-    "G308": "message type that cannot be used",
-    "G309": "service with two servers",
-    "G310": "target for a joint that moves freely",
-    "G401": "file that cannot be imported",
-    "G402": "graph that cannot be exported",
-    "S101": "file of a scene not found, or of a kind that is not read",
-    "S102": "world that MuJoCo cannot load",
-    "S103": "robot description that cannot be loaded",
-    "S104": "no such link, joint or prim in the robot",
-    "S105": "name used twice",
-    "S106": "model that cannot be built",
-    "W101": "node that no event reaches",
-    "W102": "data node that no executed node reads",
-    "W103": "value on a wired input",
-    "W104": "wire that carries the value of the previous pass",
-    "W105": "read and write in an undetermined order",
-    "W106": "rate that is never reached",
-    "W107": "robot's graph with a prim path outside of the robot",
-    "W108": "wire written twice",
-    "W109": "port's value out of range in a recording",
-    "W201": "wheel radius differs from the robot's",
-    "W202": "wheel distance differs from the robot's",
-    "W203": "TF tree in more than one piece",
-    "W204": "timestep of the world is overridden",
-    "W205": "warning of MuJoCo about a model",
-    "W206": "file read without confinement by the kernel",
-    "W207": "joint commanded by two graphs",
-    "W208": "robot without commands",
-    "W209": "command for a joint without a drive",
-    "W210": "robot that overlaps something at the start",
-    "W211": "robot without joints that move",
-    "W212": "simulation time with two publishers",
-    "W213": "messages that are all stamped 0",
-    "W214": "velocity command that the stiffness of a drive holds back",
-    "W215": "array of the wrong length",
-    "W216": "value that is probably a mistake",
-    "W217": "value of a description in an improbable unit",
-    "W218": "satellite navigation in a world without a place on Earth",
-    "W301": "imported node of an unavailable type",
-    "W302": "omitted part of an imported file",
-    "W303": "omitted part of an exported graph",
-    "N101": "old name of a node type",
-    "N102": "prims were not checked",
-    "N103": "part of a model that was changed or ignored",
-    "N104": "robot description used without a robot file",
-    "N105": "prim path that omits links",
-    "N301": "changed part of an imported file",
-    "N302": "part of an imported file that belongs to no graph",
-}
+_TITLES = Path(__file__).with_name("codes.txt")
+CODES = dict(line.split(" ", 1) for line in _TITLES.read_text("utf-8").splitlines())
 """Title of each finding code; the first letter is G for errors in graphs, S for errors in scenes, W for warnings, N for notes."""
 
 

@@ -1,4 +1,4 @@
-"""The pydantic models of graph and scene files, and the base class of all such models (specs).
+"""The pydantic models of graph files and of parts of scene files, and the base class of all such models (specs).
 
 Specs are frozen and picklable. `graphrun schema` prints their JSON Schema, so editors show the docstrings of the keys.
 """
@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from graphengine.format.key_docs import key_docs
-from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
+from graphengine.format.legal_names import Name, NamespacePattern, PrimPath, RobotPath
 from graphengine.format.wording import shown
 
 FORMAT = 1
@@ -247,28 +247,6 @@ MAX_ROBOTS = 1000
 """Maximum number of robots of a fleet."""
 
 
-class PhysicsSpec(FileSpec):
-    """The tick rate, and the number of physics steps in a tick."""
-
-    tick_rate: Positive = Field(default=60.0, le=10_000)
-    """Number of ticks per second of simulation time."""
-    substeps: int = Field(default=4, ge=1, le=1000)
-    """Number of MuJoCo steps per tick."""
-
-
-class EarthSpec(FileSpec):
-    """The place of the world's origin on Earth, as in SDF's `<spherical_coordinates>`; satellite navigation needs it."""
-
-    latitude_deg: float = Field(ge=-90, le=90)
-    """Geodetic latitude (WGS84), degrees, positive north of the equator."""
-    longitude_deg: float = Field(ge=-180, le=180)
-    """Longitude (WGS84), degrees, positive east of Greenwich."""
-    elevation: float = Field(default=0.0, ge=-1e5, le=1e5)
-    """Height above the WGS84 ellipsoid, m."""
-    heading_deg: float = Field(default=0.0, ge=-360, le=360)
-    """Angle from east to the world's x axis, counter-clockwise seen from above, degrees; with 0, x points east and y north."""
-
-
 class PlaceSpec(FileSpec):
     """The pose of one robot of a fleet, relative to the pose of the fleet."""
 
@@ -322,29 +300,3 @@ class RobotUse(FileSpec):
         if self.count is None and (self.spacing or self.per_row):
             raise ValueError("`spacing` and `per_row` need a `count`")
         return self
-
-
-class SceneSpec(FileSpec):
-    """A scene file: a world, its robots, and graphs outside of robots."""
-
-    format: Format = 1
-    scene: Name
-    """Name of the scene."""
-    doc: str = ""
-    """Description for readers of the file."""
-    world: str
-    """MJCF or SDF file with the world: everything except the robots."""
-    spherical_coordinates: EarthSpec | None = None
-    """Place of the world on Earth, as {latitude_deg: 47.38, longitude_deg: 8.54}; overrides that of an SDF world."""
-    physics: PhysicsSpec = PhysicsSpec()
-    """Tick rate and physics steps, as {tick_rate: 60, substeps: 4}."""
-    settle: bool = False
-    """If true, physics runs until all bodies are at rest before the simulation starts at t = 0."""
-    robots: dict[Name, RobotUse] = {}
-    """Robots of the scene, as name: {use: robots/dd100.yaml, position: [0, 0, 0]}."""
-    graphs: dict[Name, GraphUse] = {}
-    """Graphs outside of robots, as name: {use: graphs/clock.yaml, at: /World/clock}."""
-    namespaces: dict[PrimPath, Namespace] = {}
-    """ROS 2 namespaces (`isaac:namespace`) of prims of the world, robots, graphs or nodes, by prim path."""
-    tf: Literal["namespaced", "global"] = "namespaced"
-    """`namespaced`: each robot has TF topics in its namespace; `global`: all robots share /tf; frame names have namespaces."""

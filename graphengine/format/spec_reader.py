@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import types
@@ -17,10 +18,12 @@ from pydantic.fields import FieldInfo
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import MAX_ERRORS, Findings
 from graphengine.format.document import Document, Location
+from graphengine.format.errors import UsageError
 from graphengine.format.given_text import GivenText
 from graphengine.format.key_docs import key_docs
 from graphengine.format.robot_spec import RobotSpec
-from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, SceneSpec, Spec
+from graphengine.format.scene_spec import SceneSpec
+from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, Spec
 from graphengine.format.wording import listing, shown
 
 S = TypeVar("S", bound=Spec)
@@ -73,7 +76,7 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
         remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
         findings.add("G110", message, document.span("format"), remedy)
         return None
-    if _is_of_another_kind(model, document, data, findings):
+    if isinstance(data, dict) and _is_of_another_kind(model, document, data, findings):
         return None
     try:
         return model.model_validate(data)
@@ -81,6 +84,26 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
         for error in errors.errors(include_url=False)[:MAX_ERRORS]:
             _report(model, document, typing.cast("dict[str, Any]", error), findings)
         return None
+
+
+def read_given(model: type[S], name: str, given: Mapping[str, Any]) -> S:
+    """Validate keys and values that a program or user gave, such as the arguments of a command.
+
+    Args:
+        model: class of the spec.
+        name: name for messages.
+        given: JSON types by key.
+
+    Raises:
+        UsageError: the keys or values are invalid.
+    """
+    findings = Findings()
+    document = documents.parse(json.dumps(given, default=str), name, findings)
+    spec = validate(model, document, given, findings) if document is not None else None
+    if spec is None:
+        wrong = findings.errors[0]
+        raise UsageError("\n  ".join([f"{name}: {wrong.message.removeprefix('file: ')}", *wrong.help]))
+    return spec
 
 
 def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:

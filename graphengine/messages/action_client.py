@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from graphengine.messages.actions import ActionEndpoint
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import ServiceClient, Subscription
-from graphengine.messages.goals import ACCEPTED, CANCEL_GOAL, STATUS_NAMES, UNKNOWN
+from graphengine.messages.goals import ACCEPTED, CANCEL_GOAL, STATUS_NAMES, UNKNOWN, goal_request
 
 MAX_OPEN = 1000
 """Maximum number of goals without a result that a client keeps; if there are more, the client drops the oldest goals."""
@@ -99,7 +99,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         made = self._origin.copy()
         made.update(self._count.to_bytes(8, "big"))
         identity = uuid.UUID(bytes=made.digest()[:16], version=4).bytes
-        request = self._request(f"{self.action_type}_SendGoal", identity)
+        request = goal_request(self._definitions, f"{self.action_type}_SendGoal", identity)
         request.goal = goal
         self._sent[self.endpoints.send_goal.call(request)] = identity
         self._count += 1
@@ -126,7 +126,9 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
                 continue
             if response.accepted:
                 self._open[goal] = ACCEPTED
-                self._asked[ends.get_result.call(self._request(f"{self.action_type}_GetResult", goal))] = goal
+                self._asked[
+                    ends.get_result.call(goal_request(self._definitions, f"{self.action_type}_GetResult", goal))
+                ] = goal
                 _limit(self._open)
                 _limit(self._asked)
             found.append(ActionEvent("accepted" if response.accepted else "rejected", goal, int(response.accepted)))
@@ -152,11 +154,6 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         """Forget all goals, because the graph restarts at time 0; the server still executes them."""
         for known in (self._sent, self._asked, self._open):
             known.clear()
-
-    def _request(self, service: str, goal: bytes) -> Any:
-        request = self._definitions.initial(f"{service}_Request")
-        request.goal_id.uuid[:] = list(goal)
-        return request
 
 
 def _limit(known: dict[Any, Any]) -> None:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
+from graphengine.format.faults import Faults
+
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
 
@@ -179,6 +181,11 @@ class Network:
 
         return DEFINITIONS
 
+    @cached_property
+    def faults(self) -> Faults:
+        """Faults of topics, by name: they act where graphs of the session publish the topic, otherwise where it is received."""
+        return Faults()
+
     identity = b""
     """Bytes that distinguish this session from others on the network; empty if all peers are in this session."""
 
@@ -235,7 +242,7 @@ class Network:
         """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
 
     def forget_calls(self) -> None:
-        """Discard unanswered requests and calls; called when graphs restart."""
+        """Discard unanswered requests and calls, and end faults; called when graphs restart."""
 
     def log(self, severity: str, message: str) -> None:
         """Publish a log message, for example on `/rosout`."""

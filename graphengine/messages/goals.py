@@ -240,6 +240,13 @@ def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
     return {part: ActionPart(f"{action}{ACTION_PART}{part}", message_type) for part, message_type in types.items()}
 
 
+def goal_request(definitions: Definitions, service: str, goal: bytes) -> Any:
+    """Return a request of a service of an action, such as `…_GetResult`, for the goal with a UUID."""
+    request = definitions.initial(f"{service}_Request")
+    request.goal_id.uuid[:] = list(goal)
+    return request
+
+
 def _order(stamp: Any) -> tuple[int, int]:
     """Return a builtin_interfaces/Time as a tuple that can be compared."""
     return stamp.sec, stamp.nanosec

@@ -170,7 +170,7 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
               checked, values from wires are not. A single number must not be NaN, even if the port has no bounds.
             - `tokens`: legal strings, if not all are legal.
             - `name`: OmniGraph name of the port; by default, the field's name in camel case.
-            - `type`: OmniGraph type of the port; by default, the annotation gives the type.
+            - `type`: OmniGraph type of the port, or its name; by default, the annotation gives the type.
             - `required`: True if the port needs a literal or a wire. A string names a group of ports: at least one port of
               the group needs a literal or a wire.
             - `default_counts`: whether a literal that equals the default satisfies `required`.
@@ -258,7 +258,7 @@ def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
     explicit = facts.pop("type", None)
     port_type: PortType | UnionType | None = ANY if field.side == "state" else None
     if explicit:
-        port_type = parse(explicit)
+        port_type = parse(explicit) if isinstance(explicit, str) else explicit
     elif port_type is None:
         extras = getattr(hint, "__metadata__", ())
         port_type = next((extra for extra in extras if isinstance(extra, PortType | UnionType)), None)

@@ -15,6 +15,7 @@ from graphengine.devices.device import DEVICE_OF, device_of
 from graphengine.devices.stage import Prim
 from graphengine.format.kinds import Kinds
 from graphengine.format.spec import Spec
+from graphengine.physics.sensor_faults import make_faulty
 
 D = TypeVar("D")
 
@@ -80,6 +81,8 @@ def implements(
         entry = device_of(interface)
         IMPLEMENTATIONS.add(entry.kind, Implementation(handle, profile, build))
         DEVICE_OF[handle] = entry
+        if entry.sample is not None:
+            make_faulty(handle, entry.sample)
         return handle
 
     return register

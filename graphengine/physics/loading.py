@@ -16,7 +16,8 @@ from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
 from graphengine.format.files import Files
-from graphengine.format.spec import RobotUse, SceneSpec
+from graphengine.format.scene_spec import SceneSpec
+from graphengine.format.spec import RobotUse
 from graphengine.format.spec_reader import Loaded
 from graphengine.physics.dynamics.force_limits import tell_limits
 from graphengine.physics.dynamics.settling import SETTLED_SPEED
@@ -118,6 +119,8 @@ def load_world(
         message, *remedy = str(error).split("\n")
         findings.add("S106", message, scene.document.key_span("settle" if settle else "world"), *remedy)
         return None
+    if not _check_movers(simulation, scene, findings):
+        return None
     tell_limits(simulation.limits, robots, findings)
     _tell_touching(touching, robots, scene, findings)
     if settle and simulation.settled_after is None:
@@ -128,6 +131,20 @@ def load_world(
             *_moving(simulation),
         )
     return LoadedWorld(simulation, robots, scenery)
+
+
+def _check_movers(simulation: Simulation, scene: Loaded[SceneSpec], findings: Findings) -> bool:
+    """Warn about movers that start within something fixed; return False if a region has no free points, which is an error."""
+    for name in simulation.movers.stuck():
+        text = f"mover {name!r} finds no free straight way in its region"
+        advice = "give a region with free floor, of a few times the size of the mover"
+        findings.add("G109", text, scene.document.span("movers", name, "region"), advice)
+    for name in sorted(simulation.movers.names - simulation.movers.stuck()):
+        if overlap := simulation.entities.fixed_around(name):
+            span = scene.document.key_span("movers", name)
+            advice = "a mover walks through what is fixed; give its path another first point"
+            findings.add("W210", f"mover {name!r} starts in {overlap}", span, advice)
+    return not simulation.movers.stuck()
 
 
 def _moving(simulation: Simulation) -> Iterator[str]:

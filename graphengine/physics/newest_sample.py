@@ -3,37 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from graphengine.devices.stage import Prim
 from graphengine.format.kinds import DEVICES
-from graphengine.physics.core.handle_table import Handle
+from graphengine.physics.handles.motion_handles import CoreHandle
 from graphengine.physics.implementations import IMPLEMENTATIONS
 
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
-
-class NewestSample(Handle["SimulationCore"]):
+class NewestSample(CoreHandle):
     """The newest sample of the sensor at a prim.
 
     Attributes:
         sample: the sample, with read-only arrays; None before the first one and after a reset.
     """
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self._take = DEVICES.all[prim.kind].sample
+    def _set_up(self) -> None:
+        self._take = DEVICES.all[self._prim.kind].sample
         self.sample: Any = None
-        super().__init__(simulation, prim)
         self._sensor()  # a sensor that observes the physics steps of a tick must exist before them
 
     def _sensor(self) -> Any:
         return self._simulation.handles.find(IMPLEMENTATIONS.all[self._prim.kind].handle, self._prim)
-
-    def bind(self) -> None:
-        """Do nothing: the handle of the sensor looks up what it needs."""
 
     def reset(self) -> None:
         """Discard the sample."""

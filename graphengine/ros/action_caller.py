@@ -11,7 +11,7 @@ from typing import Any
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.goals import CANCEL_GOAL, FEEDBACK_READER_QOS, parts
+from graphengine.messages.goals import CANCEL_GOAL, FEEDBACK_READER_QOS, goal_request, parts
 from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transport import Transport
 
@@ -85,7 +85,7 @@ class ActionCaller:
             TransportError: the client is closed.
         """
         call = GoalCall(uuid.uuid4().bytes, feedback)
-        request = self._request(f"{self.action_type}_SendGoal", call.goal)
+        request = goal_request(self._definitions, f"{self.action_type}_SendGoal", call.goal)
         request.goal = goal
         self._calls[call.goal] = call
         while len(self._calls) > MAX_CALLS:
@@ -111,7 +111,7 @@ class ActionCaller:
         if error is not None:
             call.accepted.set_exception(error)
         elif answer.result().accepted:
-            request = self._request(f"{self.action_type}_GetResult", call.goal)
+            request = goal_request(self._definitions, f"{self.action_type}_GetResult", call.goal)
             try:
                 self._get.call(request).add_done_callback(lambda result: self._ended(call, result))
             except TransportError as closed:
@@ -138,8 +138,3 @@ class ActionCaller:
         call = self._calls.get(bytes(message.goal_id.uuid))
         if call is not None:
             call.feedback(message.feedback)
-
-    def _request(self, service: str, goal: bytes) -> Any:
-        request = self._definitions.initial(f"{service}_Request")
-        request.goal_id.uuid[:] = list(goal)
-        return request

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import time
-
 from graphengine.format.errors import TransportError
 from graphengine.format.wording import listing
 from graphengine.messages import messages, names
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.cli_subscription import MessageQueue
-from graphengine.ros.transport import Transport, TransportClient, discover
+from graphengine.ros.service_caller import ServiceCaller
+from graphengine.ros.transport import Transport, discover
 
 PARAMETER = "robot_description"
 _STRING = "std_msgs/msg/String"
 _GET = "rcl_interfaces/srv/GetParameters"
 _TEXT = 4
 """Constant PARAMETER_STRING of rcl_interfaces/msg/ParameterType."""
-_POLL = 0.01
 _WAITING = 100
 """Capacity of the message queue; only its oldest message is used."""
 
@@ -67,31 +64,21 @@ def from_node(transport: Transport, node: str, timeout: float) -> str:
     namespace, _, name = node.rpartition("/")
     names.check_namespace(namespace or "/", given=node)
     names.check_node_name(name, given=node)
-    answers = MessageQueue(_WAITING)
     service = f"{node}/get_parameters"
-    client = transport.client(service, _GET, QoS(), lambda _, data: answers.deliver(data))
+    caller = ServiceCaller(transport, service, _GET)
     try:
-        if not _becomes_ready(client, timeout):
+        if not caller.becomes_ready(timeout):
             raise TransportError(_absent(transport, node, service, timeout))
         request = DEFINITIONS.initial(f"{_GET}_Request")
         request.names = [PARAMETER]
-        client.call(messages.encode(request))
-        answer = answers.take(timeout)
-        if answer is None:
-            raise TransportError(f"node {node} does not answer within {timeout:g} s")
+        values = caller.call(request).result(timeout).values
+    except TimeoutError:
+        raise TransportError(f"node {node} does not answer within {timeout:g} s") from None
     finally:
-        client.close()
-    values = messages.decode(answer.data, f"{_GET}_Response").values
+        caller.close()
     if not values or values[0].type != _TEXT:
         raise TransportError(f"node {node} has no string parameter {PARAMETER!r}")
     return str(values[0].string_value)
-
-
-def _becomes_ready(client: TransportClient, timeout: float) -> bool:
-    end = time.monotonic() + timeout
-    while not client.ready and time.monotonic() < end:
-        time.sleep(_POLL)
-    return client.ready
 
 
 def _absent(transport: Transport, node: str, service: str, timeout: float) -> str:

@@ -40,6 +40,8 @@ class EndpointHost(Network):
         self.taps: list[Sink] = []
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
         """Messages of this tick, each with the function that sends it; `flush` sends them together at the end of the tick."""
+        self.quotas: dict[str, int] = {}
+        """Number of messages that each subscription takes in the next tick, by topic; topics that are missing have no limit."""
         self.undecoded: Counter[str] = Counter()
         """Number of messages that endpoints could not decode, by topic or service name."""
 

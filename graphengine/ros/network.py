@@ -136,12 +136,21 @@ class LiveNetwork(EndpointHost):
         if self._ticks % LOOK_EVERY == 0:
             self._follow()
         self._ticks += 1
+        self.faults.begin_tick()
         for end in self.hearing:
             arrived = end.freeze()
             if arrived:
                 for sink in (*self.sinks, *self.taps):
                     sink.deliver(end.claim, arrived)
         self.look()
+
+    def repeat_clock(self) -> None:
+        """Send the newest /clock again, unrecorded, and look for new peers; called while a tick waits for messages."""
+        self._follow()
+        self.look()
+        for publisher in self.publishers:
+            if publisher.claim.message_type == "rosgraph_msgs/msg/Clock":
+                publisher.repeat()
 
     def look(self) -> None:
         """Report incompatible peers that the searches in the background have found; call this also while no ticks run."""
@@ -166,6 +175,8 @@ class LiveNetwork(EndpointHost):
 
     def flush(self) -> None:
         """End a tick: send the published messages in order."""
+        for publisher in self.publishers if self.faults.acting else ():
+            publisher.publish_late()
         leaving, self.outbox = self.outbox, []
         for send, data in leaving:
             send(data)
@@ -174,20 +185,23 @@ class LiveNetwork(EndpointHost):
             client.end_tick()
 
     def forget_calls(self) -> None:
-        """Discard unanswered requests and calls; called when graphs restart."""
+        """Discard unanswered requests and calls, and end faults; called when graphs restart."""
+        self.faults.clear()
         for server in self._servers:
             server.forget_calls()
         for client in self._clients:
             client.forget_calls()
 
     def save(self) -> Any:
-        """Return a copy of the waiting messages, the open calls, and the state of the transports."""
+        """Return a copy of the waiting messages, the open calls, the faults, and the state of the transports."""
         ends = [(_key(end), end.save()) for end in self.hearing]
-        return self._ticks, ends, {domain: transport.save() for domain, transport in self._transports.items()}
+        transports = {domain: transport.save() for domain, transport in self._transports.items()}
+        return self._ticks, self.faults.save(), ends, transports
 
     def restore(self, saved: Any) -> None:
         """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
-        self._ticks, ends, transports = saved
+        self._ticks, faults, ends, transports = saved
+        self.faults.restore(faults)
         self.outbox.clear()
         known: defaultdict[object, deque[Any]] = defaultdict(deque)
         for key, state in ends:

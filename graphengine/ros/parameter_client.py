@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +13,6 @@ from graphengine.ros.transport import Transport
 
 PATIENCE = 5.0
 """Maximum wait for a service of the node to appear, and again for its response, s."""
-_POLL = 0.02
 
 
 class ParameterClient:
@@ -68,12 +66,9 @@ class ParameterClient:
         name, kind = f"{self.node}/{service}", SERVICES[service]
         if name not in self._callers:
             self._callers[name] = ServiceCaller(self._transport, name, kind, self._definitions)
-        caller, end = self._callers[name], time.monotonic() + PATIENCE
-        while not caller.ready:
-            if time.monotonic() > end:
-                foreign = self._transport.foreign_services.get(name, "")
-                raise TransportError(foreign or f"no node offers {name}")
-            time.sleep(_POLL)
+        caller = self._callers[name]
+        if not caller.becomes_ready(PATIENCE):
+            raise TransportError(self._transport.foreign_services.get(name, "") or f"no node offers {name}")
         request = self._definitions.initial(f"{kind}_Request")
         for field, value in fields.items():
             setattr(request, field, value)

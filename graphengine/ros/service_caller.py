@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from concurrent.futures import Future
 from typing import Any
 
@@ -12,6 +13,8 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport
 from graphengine.ros.transports.calls import MAX_OPEN
+
+_POLL = 0.01
 
 
 class ServiceCaller:
@@ -46,6 +49,13 @@ class ServiceCaller:
     def ready(self) -> bool:
         """Whether a server of the service is matched."""
         return self._client.ready
+
+    def becomes_ready(self, timeout: float) -> bool:
+        """Wait until a server of the service is matched; return False if none is after `timeout` s."""
+        end = time.monotonic() + timeout
+        while not self.ready and time.monotonic() < end:
+            time.sleep(_POLL)
+        return self.ready
 
     def call(self, request: Any) -> Future[Any]:
         """Send a request and return a future of the response; without a server, the request is lost.

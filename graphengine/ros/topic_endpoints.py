@@ -25,6 +25,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
     def __init__(self, network: EndpointHost, claim: EndpointClaim) -> None:
         super().__init__(claim)
         self.largest = 0
+        self._newest = b""
         self._network = network
         self._writer = network.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
         self._encode = Encoder(network.definitions).encode
@@ -55,19 +56,39 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
     def publish(self, message: Any) -> None:
         """Encode a message; its bytes are sent to the transport, sinks and taps at the end of the tick."""
-        self._network.outbox.append((self.send, self._encode(message)))
+        data = self._encode(message)
+        if self.topic in self._network.faults.acting:
+            self._post_faultily(data)
+        else:
+            self._network.outbox.append((self.send, data))
         if self.claim.transforms:
             self.latest = message
+
+    def publish_late(self) -> None:
+        """Publish the messages that a fault has delayed until this tick."""
+        if self.topic in self._network.faults.acting:
+            self._post_faultily()
+
+    def _post_faultily(self, *encoded: bytes) -> None:
+        """Let those messages wait for the end of the tick that a fault of the topic neither loses nor delays."""
+        passed = self._network.faults.passing(self.topic, f"publish {self.claim.node}", encoded)
+        self._network.outbox += [(self.send, data) for data in passed]
 
     def send(self, data: bytes) -> None:
         """Send an encoded message to the transport, sinks and taps."""
         self._writer.write(data)
+        self._newest = data
         if len(data) > self.largest:
             self.largest = len(data)
         for sink in self._network.sinks:
             sink.write(self.claim, data)
         for tap in self._network.taps:
             tap.write(self.claim, data)
+
+    def repeat(self) -> None:
+        """Send the newest message to the transport again, but not to sinks and taps."""
+        if self._newest:
+            self._writer.write(self._newest)
 
 
 class LiveSubscription(HeldEndpoint, Subscription, Stateful):
@@ -85,7 +106,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         """Number of received messages that nodes could read, or that were discarded when the subscription changed its type."""
         self._network = network
         depth = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_KEPT
-        self._arrived: deque[bytes] = deque(maxlen=depth)
+        self._arrived: deque[bytes] = deque(maxlen=MAX_KEPT if claim.topic in network.quotas else depth)
         self._visible: deque[bytes] = deque(maxlen=depth)
         self._reader = self._open()
 
@@ -106,6 +127,11 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         """Number of received messages that newer messages replaced in a full queue before nodes could read them."""
         return self.heard - self._frozen - len(self._arrived)
 
+    @property
+    def waiting(self) -> int:
+        """Number of received messages that wait for a tick."""
+        return len(self._arrived)
+
     def follow(self, published: Collection[str]) -> None:
         """Switch to an alternative type if `published` contains it but not the current type."""
         types = (self.claim.message_type, *self.claim.alternatives)
@@ -125,13 +151,20 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         self.heard += 1
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile."""
-        if not self._arrived:
+        """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile.
+
+        A fault of the topic loses or delays messages for nodes, but not in the result, so that a recording contains all messages.
+        """
+        faults, topic = self._network.faults, self.topic
+        faulty = topic in faults.acting and all(publisher.topic != topic for publisher in self._network.publishers)
+        if not self._arrived and not faulty:
             return ()
-        arrived = [self._arrived.popleft() for _ in range(len(self._arrived))]
-        before = len(self._visible)
-        self._visible.extend(arrived)
-        self._frozen += len(self._visible) - before
+        count = min(self.waiting, self._network.quotas.get(topic, MAX_KEPT))
+        arrived = [self._arrived.popleft() for _ in range(count)]
+        passed = faults.passing(topic, f"subscribe {self.claim.node}", arrived) if faulty else arrived
+        overflow = len(self._visible) + len(passed)
+        self._visible.extend(passed)
+        self._frozen += len(arrived) - (overflow - len(self._visible))
         return arrived
 
     def newest(self) -> Any | None:

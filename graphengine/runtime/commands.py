@@ -7,7 +7,6 @@ the object. The services of simulation_interfaces and the keyboard of a run crea
 from __future__ import annotations
 
 import contextlib
-import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import partial
@@ -17,16 +16,15 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from graphengine.devices.stage import Prim
-from graphengine.format import document as documents
-from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import StateError, UsageError
-from graphengine.format.spec_reader import validate
+from graphengine.format.spec_reader import read_given
 from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
 from graphengine.runtime.command import ChangeCommand, Command, EntityName
 from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, ResetRobot, Spawn
+from graphengine.runtime.fault_commands import Fault, Mend
 from graphengine.runtime.joint_command import JointCommand
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
@@ -232,6 +230,7 @@ class State(Command):
         robots = list(session.services.stage.prims("robot"))
         paths = {robot.path for robot in robots}
         dropped = session.services.dropped
+        faults = [*session.services.world.faults.acting, *session.services.network.faults.acting]
         counts = {
             "dropped_values": dict(dropped.ticks) if dropped is not None else {},
             "clamped_commands": dict(session.services.world.clamped_commands),
@@ -249,6 +248,7 @@ class State(Command):
                 if entity.kind == "object" and entity.prim_path not in paths
             ],
             **{name: count for name, count in counts.items() if count},
+            **({"faults": faults} if faults else {}),
             **({"findings": list(session.findings)} if session.findings else {}),
         }
 
@@ -297,7 +297,7 @@ class Quit(Command):
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, ResetRobot, Push)
 _KINDS += (JointCommand, Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance)
-_KINDS += (Topics, View, Quit)
+_KINDS += (Fault, Mend, Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 
@@ -317,10 +317,4 @@ def parse(name: str, arguments: Any = None) -> Command:
     given = {} if arguments is None else arguments
     if not isinstance(given, dict):
         raise UsageError(f"{name}: the arguments must be a mapping, not {shown(given)}")
-    findings = Findings()
-    document = documents.parse(json.dumps(given, default=str), name, findings)
-    command = validate(COMMANDS[name], document, given, findings) if document is not None else None
-    if command is None:
-        wrong = findings.errors[0]
-        raise UsageError("\n  ".join([f"{name}: {wrong.message.removeprefix('file: ')}", *wrong.help]))
-    return command
+    return read_given(COMMANDS[name], name, given)

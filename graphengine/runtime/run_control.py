@@ -17,6 +17,8 @@ SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
 """Maximum wall time that a paused run sleeps before it checks again whether it should end, s; a command ends the sleep."""
+POLL = 0.001
+"""Wall time between two questions whether a gate opens, s."""
 
 
 class WaitingCommands(Protocol):
@@ -33,6 +35,10 @@ class WaitingCommands(Protocol):
 
     def close(self, reason: str) -> None:
         """Reject all waiting and all later commands."""
+
+
+Gate = Callable[[int, tuple[int, int]], bool]
+"""Returns whether the next tick may begin, given the number of the last tick and the tick period; an error ends the run."""
 
 
 class RunControl:
@@ -53,6 +59,8 @@ class RunControl:
         """Gives the wall clock to nodes and receives the executed commands; a recorder or replay replaces it."""
         self.queue: WaitingCommands | None = None
         """Queue for commands from other threads; None: no queue, and `run` returns when the session is paused or stopped."""
+        self.gate: Gate | None = None
+        """Delays ticks, as `Lockstep.opens` does; commands are executed meanwhile. A replay has no gate."""
         self.listeners: list[Callable[[], None]] = []
         """Functions that the session calls in its thread after each executed command and each change between two ticks."""
         self.late_ticks = 0
@@ -147,6 +155,12 @@ class RunControl:
         if self.state == "stopped":
             self.state = "paused"
         for _ in range(ticks):
+            while not self._may_tick():
+                self._sleep(POLL)
+                if self.queue is not None:
+                    self.queue.serve(self)
+                if self.interrupted:
+                    return
             self._tick()
 
     def run(
@@ -192,12 +206,20 @@ class RunControl:
             elif paced is not None and (early := paced.early()) > 0:
                 self._sleep(early)
                 continue
+            elif not self._may_tick():
+                if paced is not None:
+                    paced.begin()
+                self._sleep(POLL)
+                continue
             else:
                 self._tick()
                 if paced is not None and paced.count():
                     self.late_ticks += 1
             if on_tick is not None and not on_tick(self):
                 self.interrupted = True
+
+    def _may_tick(self) -> bool:
+        return self.gate is None or self.gate(self.clock.frame, self.services.world.tick_period)
 
     def _serve(self) -> bool:
         """Execute the commands in the queue; return whether the run continues."""

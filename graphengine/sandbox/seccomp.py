@@ -12,6 +12,7 @@ import errno
 import os
 import struct
 from collections.abc import Collection, Iterator
+from pathlib import Path
 from typing import NamedTuple
 
 from graphengine.sandbox.system_calls import call, renounce_privileges
@@ -19,25 +20,7 @@ from graphengine.sandbox.system_calls import call, renounce_privileges
 ARCHITECTURES = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 """Supported machines, in the order of the columns of `_TABLE`, with their AUDIT_ARCH numbers of linux/audit.h."""
 
-_TABLE = """
-    read 0 63               readv 19 65             pread64 17 67           write 1 64              writev 20 66
-    close 3 57              lseek 8 62              fstat 5 80              dup 32 23               fcntl 72 25
-    ioctl 16 29             brk 12 214              mmap 9 222              mremap 25 216           munmap 11 215
-    mprotect 10 226         madvise 28 233          futex 202 98            sched_yield 24 124
-    sched_getaffinity 204 123   getcpu 309 168      getpid 39 172           getppid 110 173         gettid 186 178
-    getuid 102 174          geteuid 107 175         getgid 104 176          getegid 108 177         getcwd 79 17
-    uname 63 160            sysinfo 99 179          times 100 153           getrusage 98 165        prlimit64 302 261
-    getrandom 318 278       time 201 -              gettimeofday 96 169     clock_gettime 228 113   clock_getres 229 114
-    nanosleep 35 101        clock_nanosleep 230 115 getitimer 36 102        setitimer 38 103        sigaltstack 131 132
-    rt_sigaction 13 134     rt_sigprocmask 14 135   rt_sigreturn 15 139     restart_syscall 219 128 tgkill 234 131
-    exit 60 93              exit_group 231 94
-
-    open 2 -                openat 257 56           openat2 437 437         getdents64 217 61       stat 4 -
-    lstat 6 -               newfstatat 262 79       statx 332 291           access 21 -             faccessat 269 48
-    faccessat2 439 439      readlink 89 -           readlinkat 267 78
-
-    clone 56 220            clone3 435 435          rseq 334 293            set_robust_list 273 99
-"""
+_TABLE = Path(__file__).with_suffix(".txt").read_text("utf-8")
 """Allowed system calls: name, number on x86_64, number on aarch64 (`-` if the machine lacks the call).
 
 The three groups are for every process, for reading files, and for starting threads.

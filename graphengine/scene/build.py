@@ -25,9 +25,10 @@ from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.format.prim_paths import at_or_below
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import LockstepSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
-from graphengine.messages.endpoints import Network
+from graphengine.format.wording import did_you_mean, listing
+from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
@@ -61,6 +62,7 @@ def _load(path: Path, options: Options, before: LoadedScene | None = None) -> Lo
     kind = spec_reader.kind_of(found)
     if kind == "scene":
         scene = _plan(*_scene_uses(unread, path, files, before))
+        _check_lockstep(scene)
         _lint_idle_robots(scene)
         return scene
     if kind == "graph":
@@ -194,6 +196,36 @@ def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
         permissions=Permissions(scene.files, scene.options.environment, scene.options.scripts),
     )
     return replace(scene, graphs=graphs, planned=planned, claims=claims)
+
+
+def lockstep_of(scene: LoadedScene, given: Sequence[LockstepSpec] | None) -> Sequence[LockstepSpec]:
+    """Return the topics on which a run of the scene waits for programs: the given ones, or those of the scene file.
+
+    Raises:
+        UsageError: no graph subscribes to a given topic.
+    """
+    for entry in given or ():
+        if wrong := _unread(entry.topic, scene.claims):
+            raise UsageError("\n  ".join(("lockstep: " + wrong[0], *wrong[1:])))
+    return scene.lockstep if given is None else given
+
+
+def _unread(topic: str, claims: Sequence[EndpointClaim]) -> tuple[str, ...]:
+    """Return the message that no graph subscribes to a topic, and a line of help; empty if a graph does."""
+    read = sorted({claim.topic for claim in claims if claim.direction == "subscribe"})
+    if topic in read:
+        return ()
+    return f"no graph subscribes to {topic!r}", did_you_mean(topic, read) or listing(read, "topics")
+
+
+def _check_lockstep(scene: LoadedScene) -> None:
+    """Add an error for each topic of `lockstep` to which no graph subscribes."""
+    for index, entry in enumerate(scene.lockstep if not scene.findings.errors else ()):
+        if wrong := _unread(entry.topic, scene.claims):
+            assert scene.world is not None  # only a scene has the key
+            document = scene.world.scenery.scene.document
+            place = ("lockstep", index) if document.find("lockstep", index) else ("lockstep",)
+            scene.findings.add("G311", f"lockstep: {wrong[0]}", document.span(*place, "topic"), *wrong[1:])
 
 
 def _lint_idle_robots(scene: LoadedScene) -> None:

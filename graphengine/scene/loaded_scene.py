@@ -19,7 +19,7 @@ from graphengine.messages.distros import JAZZY, Distro
 from graphengine.messages.endpoints import EndpointClaim
 
 if TYPE_CHECKING:
-    from graphengine.format.spec import SceneSpec
+    from graphengine.format.scene_spec import LockstepSpec, SceneSpec
     from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.ray_casting.rays import RaysChoice
 
@@ -137,6 +137,11 @@ class LoadedScene:
     def stage(self) -> Stage:
         """Prims of the world at time 0; an empty stage for a graph without a scene."""
         return self.world.stage if self.world is not None else Stage()
+
+    @property
+    def lockstep(self) -> Sequence[LockstepSpec]:
+        """Topics on which a run of the scene file waits for programs."""
+        return self.world.scenery.scene.spec.lockstep if self.world is not None else ()
 
     @property
     def registry(self) -> Registry:

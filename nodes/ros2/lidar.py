@@ -13,8 +13,9 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import Publisher
 from graphengine.node import Bound, Context, ContextError, In, Node, Out, String, Token, Tokens
 from graphengine.nodes.lidar import beams_of_a_ring, level_ring
+from graphengine.nodes.point_metadata import output_inputs
 from graphengine.nodes.ros2.helper import SkippingHelper
-from graphengine.nodes.ros2.point_cloud import FIELDS, point_cloud
+from graphengine.nodes.ros2.point_cloud import BUFFERS, FIELDS, point_cloud
 
 _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId", "Ring", "Time")
 """Kinds of point metadata that a simulated lidar provides."""
@@ -139,17 +140,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
 class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarPointCloudConfig"):
     """Selects the metadata of a lidar's points; wire the output to `selectedMetadata` of a ROS2RtxLidarHelper."""
 
-    output_intensity: bool = In(default=False)
-    output_timestamp: bool = In(default=False)
-    output_emitter_id: bool = In(default=False)
-    output_channel_id: bool = In(default=False)
-    output_material_id: bool = In(default=False)
-    output_tick_id: bool = In(default=False)
-    output_hit_normal: bool = In(default=False)
-    output_velocity: bool = In(default=False)
-    output_object_id: bool = In(default=False)
-    output_echo_id: bool = In(default=False)
-    output_tick_state: bool = In(default=False)
+    vars().update(output_inputs(name for name in BUFFERS if name != "radialVelocityMS"))
     output_ring: bool = In(default=False, extension=True)
     output_time: bool = In(default=False, extension=True)
     selected_metadata: Tokens = Out(doc="names of the selected metadata, in the order in which they follow x, y and z")

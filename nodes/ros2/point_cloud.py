@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.messages import messages
-from graphengine.node import BadValueError, Buffer, Float, Float3, In, Int, Point3fs, String, UChar, UInt, UInt64, UInts
+from graphengine.node import BadValueError, Buffer, In, Int, Point3fs, String, UInt, UInt64
+from graphengine.nodes.point_metadata import metadata_ports, output_inputs
 from graphengine.nodes.ros2.publisher import SensorPublisher, bytes_in
 
 METADATA: dict[str, list[Any]] = {
@@ -42,6 +43,17 @@ _RGB: dict[str, list[Any]] = {"Rgb": [("rgb", "<f4")]}
 """The colour of a point as PCL and depth_image_proc write it: bits 0x00rrggbb in a float32."""
 
 _KNOWN = FIELDS | _RGB
+BUFFERS = {
+    "intensity": ("", "buffer with one float32 per point, 0 to 255"),
+    "timestamp": ("ns", "buffer with one uint64 per point"),
+    **dict.fromkeys(("emitterId", "channelId", "materialId", "tickId"), ("", "buffer with one uint32 per point")),
+    "hitNormal": ("", "buffer with three float32 per point"),
+    "velocity": ("m/s", "buffer with three float32 per point"),
+    "objectId": ("", "buffer with four uint32 per point"),
+    **dict.fromkeys(("echoId", "tickState"), ("", "buffer with one uint8 per point")),
+    "radialVelocityMS": ("m/s", "buffer with one float32 per point"),
+}
+"""Unit and description of the input for each kind of metadata in METADATA."""
 _DATATYPES = {"f4": 7, "u4": 6, "u2": 4, "u1": 2}
 """Values of `datatype` in sensor_msgs/PointField, by numpy type."""
 
@@ -127,60 +139,13 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
 
     frame_id: String = In(default="sim_lidar", setup=True)
     topic_name: String = In(default="point_cloud", setup=True)
-    output_intensity: bool = In(default=False)
-    output_timestamp: bool = In(default=False)
-    output_emitter_id: bool = In(default=False)
-    output_channel_id: bool = In(default=False)
-    output_material_id: bool = In(default=False)
-    output_tick_id: bool = In(default=False)
-    output_hit_normal: bool = In(default=False)
-    output_velocity: bool = In(default=False)
-    output_object_id: bool = In(default=False)
-    output_echo_id: bool = In(default=False)
-    output_tick_state: bool = In(default=False)
-    output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS")
+    vars().update(output_inputs(BUFFERS))
     data_ptr: Buffer = In(default=0, doc="buffer of points, x, y, z as float32, used if `data` is empty")
     data: Point3fs = In(unit="m", doc="points in the frame `frameId`")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     buffer_size: UInt = In(default=0)
-    intensity_ptr: Buffer = In(default=0, doc="buffer with one float32 per point, 0 to 255")
-    intensity_data_type: Float = In(default=0.0)
-    intensity_buffer_size: UInt64 = In(default=0)
-    timestamp_ptr: Buffer = In(default=0, unit="ns", doc="buffer with one uint64 per point")
+    vars().update(metadata_ports(In, BUFFERS))
     timestamp_data_type: UInt64 = In(default=8)
-    timestamp_buffer_size: UInt64 = In(default=0)
-    emitter_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
-    emitter_id_data_type: UInt = In(default=0)
-    emitter_id_buffer_size: UInt64 = In(default=0)
-    channel_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
-    channel_id_data_type: UInt = In(default=0)
-    channel_id_buffer_size: UInt64 = In(default=0)
-    material_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
-    material_id_data_type: UInt = In(default=0)
-    material_id_buffer_size: UInt64 = In(default=0)
-    tick_id_ptr: Buffer = In(default=0, doc="buffer with one uint32 per point")
-    tick_id_data_type: UInt = In(default=0)
-    tick_id_buffer_size: UInt64 = In(default=0)
-    hit_normal_ptr: Buffer = In(default=0, doc="buffer with three float32 per point")
-    hit_normal_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
-    hit_normal_buffer_size: UInt64 = In(default=0)
-    velocity_ptr: Buffer = In(default=0, unit="m/s", doc="buffer with three float32 per point")
-    velocity_data_type: Float3 = In(default=(0.0, 0.0, 0.0))
-    velocity_buffer_size: UInt64 = In(default=0)
-    object_id_ptr: Buffer = In(default=0, doc="buffer with four uint32 per point")
-    object_id_data_type: UInts = In(default=np.zeros(4, np.uint32))
-    object_id_buffer_size: UInt64 = In(default=0)
-    echo_id_ptr: Buffer = In(default=0, doc="buffer with one uint8 per point")
-    echo_id_data_type: UChar = In(default=0)
-    echo_id_buffer_size: UInt64 = In(default=0)
-    tick_state_ptr: Buffer = In(default=0, doc="buffer with one uint8 per point")
-    tick_state_data_type: UChar = In(default=0)
-    tick_state_buffer_size: UInt64 = In(default=0)
-    radial_velocity_ms_ptr: Buffer = In(
-        default=0, name="radialVelocityMSPtr", unit="m/s", doc="buffer with one float32 per point"
-    )
-    radial_velocity_ms_data_type: Float = In(default=0.0, name="radialVelocityMSDataType")
-    radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
 
     def message(self) -> messages.PointCloud2:
         """Return the message with the points and their metadata."""

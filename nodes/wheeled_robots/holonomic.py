@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.devices import rotation
 from graphengine.devices.rotation import Vector3
@@ -14,8 +13,6 @@ from graphengine.node import BadValueError, Double3, Double3s, Double4s, Doubles
 from graphengine.nodes.checked import check_finite, check_outcome
 from graphengine.nodes.known_inputs import LENGTHS
 from graphengine.nodes.wheeled_robots.limits import limited
-
-Floats = NDArray[np.float64]
 
 
 class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicController"):
@@ -75,7 +72,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     )
     joint_velocity_command: Doubles = Out(unit="rad/s", doc="speed of each wheel, in the order of `wheelPositions`")
 
-    matrix: Floats | None = State(default=None)
+    matrix: Doubles | None = State(default=None)
     matrix_of: tuple[object, ...] = State(default=())
 
     def compute(self) -> None:
@@ -95,7 +92,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         turning = limited(self.input_velocity[2] * self.angular_gain, abs(self.max_angular_speed))
         check_outcome(self, forward * share, sideways * share, turning)
         with np.errstate(all="ignore"):
-            command: Floats = matrix @ (forward * share, sideways * share, turning)
+            command: Doubles = matrix @ (forward * share, sideways * share, turning)
             fastest = float(np.abs(command).max())
             if fastest:
                 command *= limited(fastest, abs(self.max_wheel_speed)) / fastest
@@ -107,7 +104,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         arrays = (self.wheel_radius, self.wheel_positions, self.wheel_orientations, self.mecanum_angles)
         return (*arrays, self.wheel_axis, self.up_axis, self.rolling)
 
-    def wheel_speeds_of_a_twist(self) -> Floats:
+    def wheel_speeds_of_a_twist(self) -> Doubles:
         """Return the matrix (wheels, 3) that maps a twist (forward speed, speed to the left, turn rate) to wheel speeds.
 
         Raises:
@@ -125,7 +122,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         if not np.all(radii > 0.0):
             raise BadValueError("wheelRadius", self.wheel_radius, "above 0")
         axles, rollers = (np.array(axes) for axes in zip(*self.axes(), strict=True))
-        contributions: Floats = radii * rollers
+        contributions: Doubles = radii * rollers
         contributions[:, 2] = np.cross(contributions, positions)[:, 2]
         if not np.isfinite(contributions).all() or np.linalg.matrix_rank(contributions) < 3:
             raise _cannot_drive(positions)
@@ -133,7 +130,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             return _without_slip(radii, axles, rollers, positions, np.array(_unit("upAxis", self.up_axis)))
         weighted = contributions / radii
         try:
-            least: Floats = weighted @ np.linalg.inv(contributions.T @ weighted)
+            least: Doubles = weighted @ np.linalg.inv(contributions.T @ weighted)
         except np.linalg.LinAlgError:
             raise _cannot_drive(positions) from None
         return least
@@ -161,7 +158,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             i, j, k = (part * math.sin(half) for part in up)
             yield axle, rotation.rotate((i, j, k, math.cos(half)), axle)
 
-    def per_wheel(self, name: str, values: Floats) -> Floats:
+    def per_wheel(self, name: str, values: Doubles) -> Doubles:
         """Return one value per wheel; a single value is repeated for all wheels.
 
         Args:
@@ -181,12 +178,12 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
 LENGTHS[HolonomicController] = lambda inputs, _: inputs.length("wheel_positions")
 
 
-def _cannot_drive(positions: Floats) -> BadValueError:
+def _cannot_drive(positions: Doubles) -> BadValueError:
     ports = "wheelPositions, wheelRadius, wheelOrientations, mecanumAngles, wheelAxis, upAxis"
     return BadValueError(ports, positions, "the geometry of wheels that together drive the base in every direction")
 
 
-def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floats, up: Floats) -> Floats:
+def _without_slip(radii: Doubles, axles: Doubles, rollers: Doubles, positions: Doubles, up: Doubles) -> Doubles:
     """Return the matrix (wheels, 3) that maps a twist to the speeds of wheels that do not slip along their roller axes.
 
     Args:
@@ -205,7 +202,7 @@ def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floa
             "mecanumAngles, upAxis, wheelAxis", grips.tolist(), "such that no roller axis is parallel to the axle"
         )
     paths = np.column_stack([rollers[:, :2], np.cross(positions, rollers) @ up])
-    speeds: Floats = paths / grips
+    speeds: Doubles = paths / grips
     return speeds
 
 

@@ -11,7 +11,6 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.polynomial import polynomial
-from numpy.typing import NDArray
 
 from graphengine.devices.motion import Frame
 from graphengine.node import BadValueError, Bound, Context, In, Out, State
@@ -19,8 +18,6 @@ from graphengine.node.types import Double3, Doubles, Quaterniond, Target, Vector
 from graphengine.nodes.checked import check_finite
 from graphengine.nodes.touched import reading_poses
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading_of, wrapped
-
-Floats = NDArray[np.float64]
 
 DURATIONS = range(5, 100, 5)
 """Durations of a path (s) that the planner tries in this order; it uses the first one that respects the limits."""
@@ -115,7 +112,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         position, orientation = goal.pose() if goal else (self.target_position, self.target_orientation)
         return heading_of(("targetPosition", position), ("targetOrientation", orientation))
 
-    def plan(self, start: Heading, target: Heading) -> Floats:
+    def plan(self, start: Heading, target: Heading) -> Doubles:
         """Plan a path, and return all speeds, all x, all y and all yaws of its points in one array.
 
         Args:
@@ -145,7 +142,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         )
 
 
-def quintic(ends: Floats, duration: float) -> Floats:
+def quintic(ends: Doubles, duration: float) -> Doubles:
     """Return the coefficients of n quintic polynomials p(s), where s is the time divided by the duration, from 0 to 1.
 
     Args:
@@ -159,7 +156,7 @@ def quintic(ends: Floats, duration: float) -> Floats:
     return np.linalg.solve(_ENDS, ends * scale[:, None])
 
 
-def derivative(coefficients: Floats, order: int, duration: float, intervals: int = 100) -> Floats:
+def derivative(coefficients: Doubles, order: int, duration: float, intervals: int = 100) -> Doubles:
     """Return the values of a time derivative of n polynomials, at equidistant times from start to end.
 
     Args:
@@ -176,7 +173,7 @@ def derivative(coefficients: Floats, order: int, duration: float, intervals: int
     return np.asarray(found, np.float64)
 
 
-def _end(heading: Heading, speed: float, acceleration: float) -> Floats:
+def _end(heading: Heading, speed: float, acceleration: float) -> Doubles:
     """Return the array (3, 2) of position (m), velocity (m/s) and acceleration (m/s2) at one end of a path.
 
     Args:
@@ -188,12 +185,12 @@ def _end(heading: Heading, speed: float, acceleration: float) -> Floats:
     return np.array((heading[:2], speed * along, acceleration * along))
 
 
-def _most(vectors: Floats) -> float:
+def _most(vectors: Doubles) -> float:
     """Return the largest length of n vectors in the plane, given as an array (2, n)."""
     return float(np.hypot(*vectors).max())
 
 
-def _arrays(coefficients: Floats, duration: float, intervals: int, first_yaw: float, last_yaw: float) -> Floats:
+def _arrays(coefficients: Doubles, duration: float, intervals: int, first_yaw: float, last_yaw: float) -> Doubles:
     """Return all speeds, all x, all y and all yaws of the points of a path in one array.
 
     The yaw of a point is the direction of its velocity; a point with the speed 0 gets the yaw of the point before it.

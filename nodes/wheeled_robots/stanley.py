@@ -6,14 +6,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.node import BadValueError, Bools, Double2, Double3, Doubles, In, Out, State, Vector3d
 from graphengine.nodes.checked import check_finite, check_outcome
 from graphengine.nodes.wheeled_robots.limits import limited
 from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, wrapped
 
-Floats = NDArray[np.float64]
 Speeds = tuple[float, float]
 """Forward speed (m/s) and counter-clockwise turn rate (rad/s)."""
 
@@ -31,11 +29,11 @@ At a larger angle, the base only turns towards the target.
 class Path(NamedTuple):
     """The points of a path: positions (m), yaws (rad) and speeds; all arrays have one element per point."""
 
-    shares: Floats
+    shares: Doubles
     """Speed at each point, as a fraction of `maxVelocity`."""
-    x: Floats
-    y: Floats
-    yaws: Floats
+    x: Doubles
+    y: Doubles
+    yaws: Doubles
 
 
 class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyControlPID"):

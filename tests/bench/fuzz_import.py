@@ -31,7 +31,7 @@ from graphengine.descriptions.mjcf import mjcf, mjcf_trial
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError
 from graphengine.format.files import Files, shipped
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.loading import load_world
 

@@ -301,6 +301,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["move", "a", "1", "2", "--yaw", "90grad"], "'90grad' is not an angle; write"),
         (["move", "a", "1", "2", "--yaw", "1", "--rpy", "0,0,1"], "not allowed with"),
         (["spawn", "a", "b.yaml", "--at", "-1"], "'-1': write 2 or 3 numbers separated by commas"),
+        (["fault", "--silent"], "one of the arguments --sensor --topic is required"),
         (["push", "a"], "one of the arguments --force --impulse is required"),
         (["push", "a", "--force", "1,2"], "'1,2': write 3 numbers"),
         (["push", "a", "--force", "1,2,3", "--for", "soon"], "'soon' is not a time"),
@@ -325,6 +326,15 @@ def test_an_invalid_command_line_is_reported(graphrun: Graphrun, words: list[str
         (["reset", "--scope", "time", "--scope", "state"], {"scope": ["time", "state"]}),
         (["rate", "realtime"], {"factor": 1.0}),
         (["rate", "max"], {"factor": "max"}),
+        (
+            ["fault", "--sensor", "a/lidar", "--silent", "--for", "2s"],
+            {"sensor": "a/lidar", "silent": True, "duration": 2.0},
+        ),
+        (
+            ["fault", "--topic", "/odom", "--delay", "300ms", "--dropout", "0.2"],
+            {"topic": "/odom", "delay": 0.3, "dropout": 0.2},
+        ),
+        (["mend"], {}),
         (["push", "a", "--impulse", "-1,0,.5"], {"entity": "a", "impulse": (-1.0, 0.0, 0.5)}),
         (
             ["command", "a", "--positions", "b=-1", "c=90deg", "--efforts", "d=.5"],

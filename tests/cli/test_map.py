@@ -13,7 +13,7 @@ from PIL import Image
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, find_file
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.loading import load_world

@@ -73,3 +73,31 @@ def test_a_port_that_is_taken_is_told(graphrun: Graphrun, clock: Path) -> None:
     record(path, 3, clock)
     result = graphrun("view", str(path), "--view-host", "localhost", code=2)
     assert "'localhost' is not an IP address; write one such as 127.0.0.1" in result.err
+
+
+def test_a_recording_is_written_as_one_file_with_the_verdict_of_its_replay(graphrun: Graphrun, clock: Path) -> None:
+    path, written = clock.parent / "out.mcap", clock.parent / "page.html"
+    record(path, 30, clock)
+    verdict = graphrun("replay", str(path), code=0).out
+    result = graphrun("view", str(path), "--html", str(written), code=0, err=verdict)
+    size = written.stat().st_size
+    assert result.out.endswith(f"page.html: {size / 1e6:.1f} MB\n")
+    assert size < 800_000
+
+
+def test_a_file_that_is_no_page_is_not_overwritten(graphrun: Graphrun, clock: Path) -> None:
+    path = clock.parent / "out.mcap"
+    record(path, 3, clock)
+    before = path.read_bytes()
+    result = graphrun("view", str(path), "--html", str(path), code=2, out="")
+    assert "the file's name must end in .html; files with other endings are not overwritten" in result.err
+    assert path.read_bytes() == before
+
+
+def test_a_page_that_cannot_be_written_is_one_error(graphrun: Graphrun, clock: Path) -> None:
+    path = clock.parent / "out.mcap"
+    record(path, 3, clock)
+    result = graphrun("view", str(path), "--html", str(clock / "page.html"), code=None, out="")
+    assert result.err.count("\n") <= 3
+    assert str(clock) in result.err
+    assert "Traceback" not in result.err

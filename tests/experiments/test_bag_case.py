@@ -31,7 +31,7 @@ def test_steps_scene_and_matrix_are_ignored(tmp_path: Path, bag: Path) -> None:
     result = judge_on_bag(scenario, bag)
     assert (result.outcome, result.time) == ("passed", LENGTH)
     assert {*IGNORED} == {field.alias or name for name, field in ScenarioSpec.model_fields.items()} - {
-        *("format", "scenario", "doc", "seed", "expect", "stop", "movers", "lockstep")
+        *("format", "scenario", "doc", "seed", "expect", "stop")
     }
 
 

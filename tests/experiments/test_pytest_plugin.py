@@ -14,7 +14,7 @@ import pytest
 from graphengine.cli import main
 from tests.experiments.harness import DRIVING, written
 
-PASSES = 'expect: [always: time < 9]\nstop: {after: 0.2s}\n'
+PASSES = "expect: [always: time < 9]\nstop: {after: 0.2s}\n"
 FAILS = f'do: [{DRIVING}]\nexpect:\n  - always: pose("dd100").position[0] < 0.1\nstop: {{after: 2s}}\n'
 ERRS = 'expect: [always: tilt("nobody") < 1]\n'
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -43,14 +43,22 @@ def test_exit_codes_are_those_of_pytest(run: Run, tmp_path: Path) -> None:
 
 
 def test_junit_tells_errors_failures_and_skips_apart(run: Run, tmp_path: Path) -> None:
-    for name, text in (("good", PASSES), ("bad", FAILS), ("broken", ERRS), ("absent", f"requires: [nothing_here]\n{PASSES}")):
+    for name, text in (
+        ("good", PASSES),
+        ("bad", FAILS),
+        ("broken", ERRS),
+        ("absent", f"requires: [nothing_here]\n{PASSES}"),
+    ):
         written(tmp_path, text, name=name)
     assert run("--junit", "out.xml", "-n", "2").returncode == 1
     cases = {case.get("name"): case for case in ElementTree.parse(tmp_path / "out.xml").iter("testcase")}
-    told = {name: next((part.tag for part in case if part.tag != "properties"), "passed") for name, case in cases.items()}
+    told = {
+        name: next((part.tag for part in case if part.tag != "properties"), "passed") for name, case in cases.items()
+    }
     assert told == {"good": "passed", "bad": "failure", "broken": "error", "absent": "skipped"}
     properties = {part.get("name"): part.get("value") for part in cases["good"].iter("property")}
-    assert (properties["seed"], float(properties["robustness: always time < 9"] or 0)) == ("0", pytest.approx(8.8, abs=0.02))
+    assert properties["seed"] == "0"
+    assert float(properties["robustness: always time < 9"] or 0) == pytest.approx(8.8, abs=0.02)
 
 
 def test_a_failure_shows_place_time_and_values_without_a_traceback(run: Run, tmp_path: Path) -> None:

@@ -36,7 +36,10 @@ def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path
     ("text", "found"),
     [
         ("", ["neither steps (`do`) nor expectations (`expect`)"]),
-        ("expect: [alwys: time < 1]\n", ["4:10: error G109", "expected one operator, got none; operators: always, never"]),
+        (
+            "expect: [alwys: time < 1]\n",
+            ["4:10: error G109", "expected one operator, got none; operators: always, never"],
+        ),
         ("expect:\n  - {always: time < 1, never: time > 1}\n", ["5:5: error G109", "got 'always' and 'never'"]),
         ("expect: [within: 3s]\n", ["'within' needs the key 'reach'"]),
         ("expect: [{always: time < 1, reach: time > 1}]\n", ["'reach' does not belong to 'always'"]),
@@ -44,7 +47,10 @@ def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path
         ("expect: [{rate: {topic: /a, at_lest: 3}}]\n", ["unknown key 'at_lest'", "did you mean 'at_least'?"]),
         ("do: [{wait: 1s, publish: {topic: /a, message: {}}}]\n", ["a step has one key, got 'wait' and 'publish'"]),
         ("do: [fly: 3]\n", ["unknown key 'fly'", "publish, wait, call, action, start"]),
-        ("do: [publish: {topic: /a, message: {}, every: soon}]\n", ["expected a duration such as 3s, 500ms or 2min, got 'soon'"]),
+        (
+            "do: [publish: {topic: /a, message: {}, every: soon}]\n",
+            ["expected a duration such as 3s, 500ms or 2min, got 'soon'"],
+        ),
         ("do: [push: {entity: a, force: [1, 2]}]\n", ["force: expected 3 values, got 2"]),
         ("do: [{parallel: [[wait: 1s], [parallel: []]]}]\n", ["unknown key 'parallel'"]),
         ("do: [{wait: {topic: /a, node: /b}}]\n", ["expected one of these", "topic, node, service, lifecycle"]),
@@ -65,7 +71,7 @@ def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found:
     [
         ('expect: [always: tilt("dd101") < 0.1]\n', "4: no entity 'dd101'"),
         ("expect: [always: tlt < 0.1]\n", "4: tlt < 0.1: "),
-        ('do: [publish: {topic: /cmd_vel, message: {}}]\n', "4: no graph uses topic '/cmd_vel'"),
+        ("do: [publish: {topic: /cmd_vel, message: {}}]\n", "4: no graph uses topic '/cmd_vel'"),
         ("do: [wait: 3s]\nstop: {after: 1s}\n", "4: the run ended at 1.000 s before this step did"),
         ("set: {Nowhere.x: 1}\n" + EXPECTED, "Nowhere"),
         ("do: [push: {entity: dd101, impulse: [1, 0, 0]}]\n", "4: no entity 'dd101'"),
@@ -82,7 +88,7 @@ def test_what_is_not_installed_is_skipped(tmp_path: Path) -> None:
 
 
 def test_after_a_failure_the_other_expectations_stay_open(tmp_path: Path) -> None:
-    text = 'expect:\n  - always: time < 0.5\n  - within: 9s\n    reach: time > 5\n  - always: time < 0.2\n'
+    text = "expect:\n  - always: time < 0.5\n  - within: 9s\n    reach: time > 5\n  - always: time < 0.2\n"
     result = result_of(written(tmp_path, text))
     assert [check.outcome for check in result.checks] == ["open", "open", "failed"]
     assert result.outcome == "failed"

@@ -17,7 +17,8 @@ from graphengine.format import document, spec_reader
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import shipped
 from graphengine.format.robot_spec import RobotSpec
-from graphengine.format.spec import GraphSpec, SceneSpec, Spec
+from graphengine.format.scene_spec import SceneSpec
+from graphengine.format.spec import GraphSpec, Spec
 
 SHIPPED = [path for folder in ("graphs", "scenes") for path in sorted((shipped() / folder).rglob("*.yaml"))]
 FILES = [path for path in SHIPPED if "sensors" not in path.parts]

@@ -13,6 +13,7 @@ TESTED = {
     "descriptions.files.references.MAX_FILES_BYTES": (
         "tests/descriptions/files/test_bounds.py::test_all_files_of_a_scene_together_have_a_limit"
     ),
+    "ros.lockstep.MAX_AHEAD": "tests/ros/test_lockstep.py::test_a_program_that_sends_too_much_is_an_error",
     "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
     "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
     "api.expectations.bag_file.MAX_MESSAGE_BYTES": (
@@ -117,6 +118,7 @@ BOUNDS_NO_INPUT = {
         "control.runs.PATIENCE",
         "ros.parameter_client.PATIENCE",
     ),
+    "a bound beyond which another part takes over": ("api.expectations.conditions.MAX_EXPONENT",),
     "a setting that another program gets": (
         "ros.transports.dds.cyclone.MAX_BLOCKING_MS",
         "ros.ports.MAX_PARTICIPANT_INDEX",

@@ -33,6 +33,7 @@ from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime import parameter_table, reloading
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import Rate, Step
+from graphengine.runtime.fault_commands import Fault
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from tests.limits.table import accepts, limit, repeat
@@ -44,6 +45,11 @@ from tests.limits.table import accepts, limit, repeat
 def _(commands: int) -> bool:
     queue = CommandQueue()
     return True not in [queue.ask(lambda session: None).done() for _ in range(commands)]
+
+
+@limit("runtime.fault_commands.MAX_DELAY")
+def _(delay: float) -> bool:
+    return accepts(lambda: Fault(topic="/odom", delay=delay), ValidationError)
 
 
 @limit("runtime.commands.MAX_TICKS")

@@ -15,19 +15,26 @@ from PIL import Image
 
 import graphengine as ge
 from graphengine.api import video
+from graphengine.api.recording_page import ReplayLog
 from graphengine.api.remote_robot import RemoteState
 from graphengine.bringup.navigation.true_poses import TruePoses
 from graphengine.cli import import_graph, import_report, log_output, replay
 from graphengine.cli.import_urdf import check_source
+from graphengine.devices.dry_world import DryWorld
+from graphengine.devices.rotation import NOWHERE
+from graphengine.devices.stage import Stage
+from graphengine.devices.visible import Bodies, VisibleShape
 from graphengine.drawing import manual_layout, view_model
 from graphengine.drawing.geometry import GAP, LayoutBox
 from graphengine.drawing.view_model import make_graph_view
+from graphengine.experiments.scenario import read_scenario
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import BadValueError, UsageError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.endpoints import EndpointClaim, Network, QoS
 from graphengine.messages.interfaces import MessageTypeError
+from graphengine.node.context.session_services import Services
 from graphengine.nodes.data.sequences import checked_length
 from graphengine.nodes.data.strings import check_text_length
 from graphengine.nodes.ros2 import joint_trajectory, transform_listener
@@ -38,7 +45,11 @@ from graphengine.nodes.ros2.joint_trajectory import TrajectoryError
 from graphengine.nodes.ros2.robot_action import RobotActionNode
 from graphengine.nodes.wheeled_robots.quintic import QuinticPathPlanner
 from graphengine.runtime.command_queue import CommandQueue
+from graphengine.testing import session
 from graphengine.view import live_findings
+from graphengine.view.html.payload import Payload
+from graphengine.view.html.scene_data import SceneData
+from graphengine.view.html.trace import SampledStage, SceneTrace
 from graphengine.view.live_topics import LiveTopics
 from graphengine.view.page_server import PageServer
 from graphengine.view.scene import shape_surfaces
@@ -173,6 +184,63 @@ def _(characters: int) -> bool:
     return not aborted
 
 
+@limit("api.recording_page.MAX_ENTRIES", at=3)
+def _(messages_: int) -> bool:
+    log = ReplayLog()
+    log.marks.tick = 1
+    for number in range(messages_):
+        log.log("warning", "", f"{number}")
+    return len(log.entries) == messages_
+
+
+@limit("view.html.scene_data.MAX_TRIANGLES", at=100)
+def _(triangles: int) -> bool:
+    corners = np.arange(9 * triangles, dtype=np.float32).reshape(-1, 3)
+    surface = corners, np.arange(3 * triangles, dtype=np.int32).reshape(-1, 3)
+    shape = VisibleShape("mesh", (1.0, 1.0, 1.0), 0, NOWHERE, (1.0, 1.0, 1.0, 1.0), "mesh")
+    bodies, data = Bodies(["world"], [False], [shape], {"mesh": surface}), SceneData(Payload())
+    trace: Any = SimpleNamespace(period=1.0)
+    data.stage(SampledStage(bodies, {}, [], [0], [np.zeros((1, 7), np.float32)]), trace)
+    return int(data.surfaces[0]["faces"]["count"]) == 3 * triangles
+
+
+def traced(stage: Stage, poses: int = 0) -> SceneTrace:
+    """Samples of a world without physics, whose bodies are points."""
+    world: Any = DryWorld(stage)
+    world.poses = lambda: np.zeros((poses, 7))
+    services = Services(world, Network())
+    return SceneTrace(SimpleNamespace(services=services, version=0, clock=SimpleNamespace(delta=1 / 60)))  # type: ignore[arg-type]
+
+
+@limit("view.html.trace.MAX_BEAMS", at=100)
+def _(beams: int) -> bool:
+    stage = Stage()
+    stage.add("/lidar", "lidar", facts={"angles": (0.0, float(beams - 1), 1.0)})
+    trace = traced(stage)
+    trace.sample(0)
+    (lidar,) = trace.stages[0].lidars
+    return len(lidar.lidar.directions[lidar.beams]) == beams
+
+
+@limit("view.html.trace.MAX_BYTES", at=2800, step=28)
+def _(bytes_: int) -> bool:
+    trace = traced(Stage(), poses=1)
+    for number in range(bytes_ // 28):
+        trace.sample(2 * number)
+    return len(trace.stages[0].ticks) == bytes_ // 28
+
+
+@limit("view.html.trace.MAX_ROBOTS", at=2)
+def _(robots: int, folder: Path) -> bool:
+    fleet = f"{{use: robots/dd100.yaml, count: {robots}, per_row: 1, spacing: [2.0, 2.0]}}"
+    path = folder / "fleet.yaml"
+    path.write_text(f"scene: fleet\nworld: worlds/flat_grid.xml\nrobots: {{dd100: {fleet}}}\n", encoding="utf-8")
+    with session(path) as sim:
+        trace = SceneTrace(sim._runner.session)
+        trace.sample(0)
+    return len(trace.speeds) == robots
+
+
 @limit("view.scene.shape_surfaces.LARGEST_TEXTURE")
 def _(pixels: int) -> bool:
     encoded = shape_surfaces.encoded_texture(np.zeros((2, pixels, 3), np.uint8))
@@ -276,3 +344,15 @@ def _(frames: int) -> bool:
 @limit("api.video.MAX_BYTES", at=300)
 def _(size: int) -> bool:
     return accepts(lambda: video.check_length(1.0, 1, (-(-size // 3), 1)), UsageError)
+
+
+# experiments
+
+
+@limit("experiments.scenario.MAX_CASES", at=3)
+def _(cases: int, folder: Path) -> bool:
+    path = folder / "tried.scenario.yaml"
+    path.write_text(
+        f"scenario: s\nscene: dd100_flat\nmatrix: {{seed: {list(range(cases))}}}\nexpect: [always: time < 1]\n"
+    )
+    return read_scenario(path, Findings()) is not None

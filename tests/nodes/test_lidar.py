@@ -283,13 +283,17 @@ def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_aft
 # What else a cloud's points bear
 
 
+def chosen(*inputs: str) -> ROS2RtxLidarPointCloudConfig:
+    return ROS2RtxLidarPointCloudConfig(**dict.fromkeys(inputs, True))
+
+
 # isaacsim.ros2.nodes/python/nodes/OgnROS2RtxLidarPointCloudConfig.py, compute
 def test_chosen_outputs_are_names_in_the_order_of_a_points_fields() -> None:
-    node = ROS2RtxLidarPointCloudConfig(output_tick_state=True, output_channel_id=True, output_intensity=True)
+    node = chosen("output_tick_state", "output_channel_id", "output_intensity")
     node.compute()
     assert node.selected_metadata == ("Intensity", "ChannelId", "TickState")
     isaac = [port.field for port in node.fields.values() if port.side == "inputs" and not port.extension]
-    node = ROS2RtxLidarPointCloudConfig(**dict.fromkeys(isaac, True))
+    node = chosen(*isaac)
     node.compute()
     assert " ".join(node.selected_metadata) == (
         "Intensity Timestamp EmitterId ChannelId MaterialId TickId HitNormal Velocity ObjectId EchoId TickState"
@@ -297,7 +301,7 @@ def test_chosen_outputs_are_names_in_the_order_of_a_points_fields() -> None:
 
 
 def test_ring_and_time_are_chosen_like_other_metadata() -> None:
-    node = ROS2RtxLidarPointCloudConfig(output_time=True, output_ring=True, output_intensity=True)
+    node = chosen("output_time", "output_ring", "output_intensity")
     node.compute()
     assert node.selected_metadata == ("Intensity", "Ring", "Time")
 

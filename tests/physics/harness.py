@@ -9,7 +9,7 @@ from pathlib import Path
 from graphengine.devices.rotation import Quaternion
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.core.simulation_core import SimulationCore
 from graphengine.physics.handles.motion_handles import Joints

@@ -30,6 +30,7 @@ def test_the_scenes_that_ship_are_these() -> None:
         "dd100_fleet.yaml",
         "dd100_hall.yaml",
         "dd100_hall_pair.yaml",
+        "dd100_hall_workers.yaml",
         "dd100_warehouse.yaml",
         "demo.yaml",
         "tutorial/flat_grid.yaml",

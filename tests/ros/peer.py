@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import random
 import sys
 import threading
 import time
 
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.messages import String, encode
+from graphengine.messages.messages import String, Twist, Vector3, decode, encode
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
@@ -62,8 +63,26 @@ def crowd(transport: DdsTransport) -> None:
         time.sleep(0.0005)
 
 
+def control(transport: DdsTransport) -> None:
+    """Command a velocity ten times in a second of /clock, at a random time after its /clock, until the input ends."""
+    slow, due = float(os.environ["SLOW"]), 100_000_000
+    writer = transport.writer("/dd100_0000/cmd_vel", "geometry_msgs/msg/Twist", QoS())
+
+    def answer(data: bytes) -> None:
+        nonlocal due
+        clock = decode(data, "rosgraph_msgs/msg/Clock").clock
+        now = clock.sec * 1_000_000_000 + clock.nanosec
+        if now >= due:
+            due = now // 100_000_000 * 100_000_000 + 100_000_000
+            time.sleep(random.uniform(0.0, slow))
+            writer.write(encode(Twist(Vector3(0.5 + now / 1e10, 0.0, 0.0), Vector3(0.0, 0.0, now / 1e10))))
+
+    transport.reader("/clock", "rosgraph_msgs/msg/Clock", QoS(depth=1, reliability="bestEffort"), answer)
+    sys.stdin.read()
+
+
 if __name__ == "__main__":
-    part = {"echo": echo, "ask": ask, "flood": flood, "crowd": crowd}[sys.argv[1]]
+    part = {"echo": echo, "ask": ask, "flood": flood, "crowd": crowd, "control": control}[sys.argv[1]]
     joined = DdsTransport(JoinOptions(Domain.from_environment(os.environ), f"peer_{sys.argv[1]}"))
     part(joined)
     joined.close()

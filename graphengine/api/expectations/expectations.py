@@ -26,6 +26,8 @@ from graphengine.format.errors import GraphError, UsageError
 
 _READ = 200
 """Largest number of characters of a value in a report."""
+_ROUNDING = 1e-9
+"""Largest number that a report shows as 0."""
 _ELEMENTS = 8
 """Largest number of elements of a list that a report shows one by one."""
 
@@ -118,7 +120,7 @@ def latency(topic: str, at_most: float) -> Expectation:
 def _shown(value: Any) -> str:
     """Return a value as text, with few digits."""
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return f"{value:.6g}" if abs(value) > _ROUNDING else "0"
     if isinstance(value, tuple | list | np.ndarray) and len(value) <= _ELEMENTS:
         return f"({', '.join(map(_shown, value))})"
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from graphengine.bringup.robots.base import Base, Kinematics, given
 
@@ -60,102 +62,15 @@ class BaseNames:
         )
 
 
-_LIMITS = {
-    "speed": "linear.x.max_velocity",
-    "turn": "angular.z.max_velocity",
-    "acceleration": "linear.x.max_acceleration",
-}
-_MORE_LIMITS = {
-    "deceleration": "linear.x.max_deceleration linear.x.max_acceleration",
-    "turn_acceleration": "angular.z.max_acceleration",
-}
-_WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
-_STEERED = BaseNames(
-    "ackermann",
-    driven=("traction_joints_names", "rear_wheels_names"),
-    steering=("steering_joints_names", "front_wheels_names"),
-    radius="traction_wheels_radius rear_wheels_radius",
-    track="traction_track_width rear_wheel_track wheel_track",
-    wheelbase="wheelbase",
-    parameters={"timeout": "reference_timeout"},
-)
+_TABLES = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
+CONTROLLERS = {kind: BaseNames(**names) for kind, names in _TABLES["controllers"].items()}
+"""Names of parameters by the last part of a controller's type."""
+PLUGINS = {pattern: BaseNames(**names) for pattern, names in _TABLES["plugins"].items()}
+"""Names of tags, by a pattern of a plugin's file name or name in lower case.
+
+The accelerations `max_wheel_acceleration` and `wheelAcceleration` of Gazebo classic are those of the rim of a wheel, in m/s2.
+"""
 REAR_STEERED = {"rear_wheels_names": "front_wheels_names", "front_wheels_names": "rear_wheels_names"}
 """Names that a controller exchanges if its parameter `front_steering` is false."""
 MILLISECONDS = "TricycleController"
 """The controller that has its timeout in ms, not in s."""
-CONTROLLERS = {
-    "DiffDriveController": BaseNames(
-        "differential",
-        driven=("left_wheel_names right_wheel_names", "left_wheel right_wheel"),
-        factor="left_wheel_radius_multiplier",
-        track="wheel_separation",
-        multiplier="wheel_separation_multiplier",
-        parameters=_LIMITS | _MORE_LIMITS,
-    ),
-    "MecanumDriveController": BaseNames(
-        "mecanum",
-        driven=(
-            " ".join(f"{wheel}_wheel_{kind}" for kind in ("command_joint_name", "name", "joint") for wheel in _WHEELS),
-            "command_joint_names wheel_names",
-        ),
-        radius="kinematics.wheels_radius wheel_radius wheels_radius",
-        factor="wheel_radius_multiplier",
-        parameters=_LIMITS,
-    ),
-    "OmniWheelDriveController": BaseNames("omni", driven=("wheel_names",)),
-    "AckermannSteeringController": _STEERED,
-    "BicycleSteeringController": _STEERED,
-    "TricycleSteeringController": _STEERED,
-    MILLISECONDS: BaseNames(
-        "ackermann",
-        driven=("traction_joint_name",),
-        steering=("steering_joint_name",),
-        wheelbase="wheelbase",
-        parameters={
-            "steering_limit": "steering.max_position",
-            "steering_speed": "steering.max_velocity",
-            "wheel_speed": "traction.max_velocity",
-        },
-    ),
-}
-"""Names of parameters by the last part of a controller's type."""
-_RADIUS, _DIAMETER = "wheel_radius wheelRadius", "wheel_diameter wheelDiameter"
-_ACCELERATION = "max_linear_acceleration max_acceleration max_wheel_acceleration wheelAcceleration"
-"""Tags of the acceleration, m/s2; the last two are those of Gazebo classic, where it is that of the rim of a wheel."""
-PLUGINS = {
-    "diff[-_]?drive|skid_steer_drive|skidsteerdrive": BaseNames(
-        "differential",
-        driven=(
-            "left_joint leftJoint right_joint rightJoint",
-            "leftFrontJoint rightFrontJoint leftRearJoint rightRearJoint left_front right_front left_rear right_rear",
-        ),
-        radius=_RADIUS,
-        diameter=_DIAMETER,
-        track="wheel_separation wheelSeparation",
-        parameters={
-            "speed": "max_linear_velocity max_velocity",
-            "turn": "max_angular_velocity",
-            "acceleration": _ACCELERATION,
-            "deceleration": _ACCELERATION,
-            "turn_acceleration": "max_angular_acceleration",
-        },
-    ),
-    "mecanum-?drive": BaseNames(
-        "mecanum",
-        driven=("front_left_joint front_right_joint back_left_joint back_right_joint",),
-        radius=_RADIUS,
-        diameter=_DIAMETER,
-        parameters={"speed": "max_velocity", "acceleration": "max_acceleration"},
-    ),
-    "ackermann": BaseNames(
-        "ackermann",
-        driven=("left_joint right_joint", "rear_left_joint rear_right_joint"),
-        steering=("left_steering_joint right_steering_joint",),
-        radius=_RADIUS,
-        diameter=_DIAMETER,
-        track="wheel_separation",
-        wheelbase="wheel_base",
-        parameters={"steering_limit": "steering_limit max_steer", "acceleration": "max_acceleration"},
-    ),
-}
-"""Names of tags, by a pattern of a plugin's file name or name in lower case."""

@@ -4,35 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
+from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft
-from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
+from graphengine.descriptions.robot_files.entries import Entry, Keys, material
 from graphengine.devices.rotation import rotate
 from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
-COLOURS = {
-    "black": (0.0, 0.0, 0.0),
-    "flatblack": (0.1, 0.1, 0.1),
-    "darkgrey": (0.175, 0.175, 0.175),
-    "grey": (0.7, 0.7, 0.7),
-    "white": (1.0, 1.0, 1.0),
-    "red": (1.0, 0.0, 0.0),
-    "redbright": (0.87, 0.26, 0.07),
-    "green": (0.0, 1.0, 0.0),
-    "blue": (0.0, 0.0, 1.0),
-    "skyblue": (0.13, 0.44, 0.7),
-    "yellow": (1.0, 1.0, 0.0),
-    "zincyellow": (0.9725, 0.9529, 0.2078),
-    "darkyellow": (0.7, 0.7, 0.0),
-    "orange": (1.0, 0.5088, 0.0468),
-    "gold": (0.8, 0.64869, 0.120759),
-    "purple": (1.0, 0.0, 1.0),
-    "turquoise": (0.0, 1.0, 1.0),
-    "indigo": (0.33, 0.0, 0.5),
-}
+COLOURS = GAZEBO_NAMES["colours"]
 """Diffuse colours (red, green, blue) of the materials `Gazebo/NAME` that have no texture, by NAME in lower case."""
 _SURFACE = ("collision", "surface", "friction")
 _FRICTION_PATHS: tuple[tuple[str, ...], ...] = ((), (*_SURFACE, "ode"), (*_SURFACE, "bullet"))
@@ -134,7 +115,7 @@ def _add_materials(draft: Draft, surfaces: _Surfaces) -> None:
     for link, surface in surfaces.items():
         alike.setdefault(surface, []).append(link)
     for (along, *directed), links in alike.items():
-        keys: MaterialKeys = {}
+        keys: Keys = {}
         if directed:
             across, vector, frame = directed
             keys = {"across": across, "direction": list(vector), "expressed_in": frame}

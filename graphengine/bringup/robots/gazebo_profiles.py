@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
-from graphengine.bringup.robots.gazebo_force_torque import force_torque
-from graphengine.bringup.robots.gazebo_navsat import navsat
-from graphengine.bringup.robots.gazebo_values import Figures, Subject, UnusableError, Values, noise, rate
+from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Figures, Subject, UnusableError, Values, noise, rate
 from graphengine.descriptions.files.xml import numbers
 from graphengine.format.wording import printable
 
 _AXES = ("x", "y", "z")
+_FRAMES = ("child", "parent", "sensor")
+_DIRECTIONS = ("child_to_parent", "parent_to_child")
 
 
 class _Triad(NamedTuple):
@@ -167,40 +167,52 @@ def depth_camera(values: Values, sensor: Subject, graph: str, images: str) -> Fi
     return Figures("camera", graph, profile, f"{images} {_resolution_told(profile)}")
 
 
-_RGBD = partial(depth_camera, graph="rgbd_camera", images="colour and depth")
+def navsat(values: Values, sensor: Subject) -> Figures:
+    """Return the type, graph and profile of a receiver for satellite navigation."""
+    profile: dict[str, Any] = {"rate": rate(values, 5.0, sensor)}
+    for axis in ("horizontal", "vertical"):
+        if deviation := noise(values, sensor, ("navsat|gps", "position_sensing", axis, "noise")):
+            profile[f"{axis}_noise"] = deviation
+    return Figures("navsat", "navsat", profile, "navsat receiver")
+
+
+def force_torque(values: Values, sensor: Subject) -> Figures:
+    """Return the type, graph and profile of a force-torque sensor; one noise for all axes, the largest of Gazebo's values.
+
+    In Gazebo, values have the axes of the child link by default; the sensor then has the orientation of its link.
+    """
+    profile: dict[str, Any] = {"rate": rate(values, 60.0, sensor)}
+    frame = _word(values, "frame", _FRAMES)
+    if (direction := _word(values, "measure_direction", _DIRECTIONS)) != _DIRECTIONS[0]:
+        profile["measure_direction"] = direction
+    if frame == "parent":
+        profile["axes"] = "parent"
+        sensor.guessed("force and torque have the axes of the parent link; the torque is about the sensor")
+    for quantity in ("force", "torque"):
+        deviations = [noise(values, sensor, ("force_torque", quantity, axis, "noise")) for axis in _AXES]
+        if len(set(deviations)) > 1:
+            sensor.guessed(f"noise of {quantity}: the profile has one for all axes, the greatest")
+        if deviation := max(deviations):
+            profile[f"{quantity}_noise"] = deviation
+    return Figures("force_torque", "force_torque", profile, "force-torque sensor", turned=frame == "sensor")
+
+
 READERS: dict[str, Callable[[Values, Subject], Figures]] = {
-    "ray": ray,
-    "gpu_ray": ray,
-    "lidar": ray,
-    "gpu_lidar": ray,
+    **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), ray),
     "sonar": sonar,
     "imu": imu,
     "camera": camera,
-    "depth": _RGBD,  # classic Gazebo's, whose plugins publish colours too
     "depth_camera": partial(depth_camera, graph="depth_camera", images="depth"),
-    "rgbd_camera": _RGBD,
-    "rgbd": _RGBD,
+    # `depth` is classic Gazebo's, whose plugins publish colours too
+    **dict.fromkeys(
+        ("depth", "rgbd_camera", "rgbd"), partial(depth_camera, graph="rgbd_camera", images="colour and depth")
+    ),
     "contact": contact,
-    "navsat": navsat,
-    "gps": navsat,
+    **dict.fromkeys(("navsat", "gps"), navsat),
     "force_torque": force_torque,
 }
 """Function that converts a sensor, by sensor type in SDF."""
-NO_LIKE = {
-    "magnetometer": "a magnetometer",
-    "altimeter": "an altimeter",
-    "air_pressure": "a barometer",
-    "air_speed": "an air speed sensor",
-    "logical_camera": "a logical camera",
-    "thermal_camera": "a thermal camera",
-    "thermal": "a thermal camera",
-    "multicamera": "a sensor of several cameras; write a sensor for each",
-    "wideanglecamera": "a camera that is no pinhole",
-    "wide_angle_camera": "a camera that is no pinhole",
-    "segmentation": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
-    "segmentation_camera": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
-    "boundingbox_camera": "a bounding box camera; a camera's graph publishes boxes by ROS2CameraHelper",
-}
+NO_LIKE = GAZEBO_NAMES["no_like"]
 """Description of sensor types without an equivalent, by sensor type in SDF; it completes `there is nothing like ...`."""
 
 
@@ -255,6 +267,18 @@ def _resolution(values: Values, far: float, sensor: Subject) -> float:
         sensor.lost(f"range resolution {resolution:g} m: distances are not rounded, as in Gazebo")
         return 0.0
     return resolution
+
+
+def _word(values: Values, tag: str, legal: tuple[str, ...]) -> str:
+    """Return the word at a tag; by default, the first of the legal words.
+
+    Raises:
+        UnusableError: the word is not legal.
+    """
+    text, found = values.text("force_torque", tag), values.find("force_torque", tag)
+    if found is not None and text and text not in legal:
+        raise UnusableError(f"{tag} must be one of {', '.join(legal)}, not {printable(text[:40])!r}", found.span)
+    return text or legal[0]
 
 
 def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:

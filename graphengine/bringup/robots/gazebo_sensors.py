@@ -10,11 +10,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from graphengine.bringup.robots import gazebo_profiles, gazebo_topics
-from graphengine.bringup.robots.gazebo_values import Figures, Subject, UnusableError, Values
+from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Figures, Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Claim, Draft, graph_defaults
-from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
+from graphengine.descriptions.robot_files.entries import Entry, Keys
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
@@ -32,17 +32,7 @@ _OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
 """Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along its x axis."""
 _SAME = 1e-3
 """Tolerance of equal poses: coordinates differ by less (m), and the scalar product of quaternions exceeds 1 minus its square."""
-_NO_EFFECT = [
-    "visualize",
-    "always_on",
-    "alwaysOn",
-    "enable_metrics",
-    "namespace",
-    "updateRate",
-    "update_rate",
-    "bodyName",
-    "serviceName",
-]
+_NO_EFFECT = GAZEBO_NAMES["sensor_settings_without_effect"]
 """Tags without effect, which are not reported as lost; a plugin's rate is used only if the sensor has none."""
 
 
@@ -164,7 +154,7 @@ def _one_pose(values: Values, sensor: Subject, *path: str) -> Pose:
 
 
 def _mount(draft: Draft, sensor: _Found) -> None:
-    value: SensorKeys = {"type": sensor.figures.type, "parent": _prim(draft.description, sensor.link)}
+    value: Keys = {"type": sensor.figures.type, "parent": _prim(draft.description, sensor.link)}
     position, orientation = sensor.pose
     if any(position):
         value["position"] = list(position)

@@ -9,28 +9,12 @@ from __future__ import annotations
 
 import re
 
-from graphengine.bringup.robots.gazebo_values import Values
+from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Values
 from graphengine.descriptions.robot_files.draft import graph_defaults
 
-_NEW = {
-    "points": {"topic": "{topic}/points"},
-    "camera": {"image": "{topic}", "info": "{above}camera_info"},
-    "depth_camera": {"depth": "{topic}", "points": "{topic}/points", "info": "{above}camera_info"},
-    "rgbd_camera": {
-        "image": "{topic}/image",
-        "depth": "{topic}/depth_image",
-        "points": "{topic}/points",
-        "info": "{topic}/camera_info",
-    },
-}
+_NEW = GAZEBO_NAMES["topics"]
 """Patterns of the topics that Gazebo Sim derives from a sensor's topic, by graph and parameter; other graphs use it unchanged."""
-_CLASSIC = {
-    "image": ("image_raw", "imageTopicName|image_topic_name"),
-    "depth": ("depth/image_raw", "depthImageTopicName|depth_image_topic_name"),
-    "points": ("points", "pointCloudTopicName|point_cloud_topic_name"),
-    "info": ("camera_info", "cameraInfoTopicName|camera_info_topic_name"),
-    "topic": ("out", "topicName|topic_name|bumperTopicName|bumper_topic_name"),
-}
+_CLASSIC = GAZEBO_NAMES["classic_topics"]
 """For plugins of Gazebo classic, by parameter of a graph: topic name below the camera's name, as in remappings, and tags."""
 _FRAMES = ("gz_frame_id", "ignition_frame_id", "ign_frame_id", "frame_id")
 _PLUGIN_FRAMES = ("frameName", "frame_name", "frameId", "frame_id")

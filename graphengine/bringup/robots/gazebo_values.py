@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from graphengine.descriptions.files.xml import Element, number
@@ -11,6 +13,8 @@ from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 
 TRUE = ("true", "1", "yes", "on")
+GAZEBO_NAMES: dict[str, Any] = json.loads(Path(__file__).with_name("gazebo_names.json").read_text("utf-8"))
+"""Names that Gazebo uses, in a table for each module that needs them; the modules say what theirs contain."""
 
 
 class UnusableError(Exception):

@@ -23,7 +23,7 @@ FARTHEST = 1e6
 """Maximum absolute value of a coordinate of a position, m."""
 _TOLERANCE = 0.01
 """Maximum difference between a quaternion's norm and 1, as in tf2."""
-_CATEGORIES: Mapping[EntityKind, int] = {"object": 0, "robot": 1, "static": 5}
+_CATEGORIES: Mapping[EntityKind, int] = {"object": 0, "robot": 1, "mover": 4, "static": 5}
 _KNOWN_CATEGORIES = (0, 1, 2, 4, 5)
 
 

@@ -15,7 +15,7 @@ from graphengine.control.simulation_interfaces.resources import FORMATS
 from graphengine.control.simulation_interfaces.results import OK, UNSUPPORTED, RefusedError, code_of, text_of
 from graphengine.control.simulation_interfaces.spawning import Spawning
 from graphengine.format.files import Files
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.version import __version__
 from graphengine.messages.interfaces import MessageTypeError

@@ -14,7 +14,8 @@ from graphengine.control.simulation_interfaces.results import OK, RefusedError, 
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import BlockedPoseError, GraphError, PhysicsError, RecordingError
 from graphengine.format.files import Files
-from graphengine.format.spec import Orientation, RobotUse, SceneSpec
+from graphengine.format.scene_spec import SceneSpec
+from graphengine.format.spec import Orientation, RobotUse
 from graphengine.format.spec_reader import Loaded
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.entity_commands import Spawn

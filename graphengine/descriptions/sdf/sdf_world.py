@@ -1,4 +1,4 @@
-"""Converts an SDF world to MJCF: scenery, loose objects, lights, gravity and the place on Earth.
+"""Converts an SDF world to MJCF: scenery, loose objects, actors, lights, gravity and the place on Earth.
 
 A static model becomes fixed bodies; any other model without moving joints becomes free bodies. A model with moving joints is
 treated as a robot: it is left out with a warning, because robots must be listed in the scene file.
@@ -14,6 +14,7 @@ from pathlib import Path
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_actors import actors_at
 from graphengine.descriptions.sdf.sdf_earth import earth_at
 from graphengine.descriptions.sdf.sdf_files import SdfFiles
 from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
@@ -32,7 +33,7 @@ _GRAVITY = (0.0, 0.0, -9.8)
 _COMPILER = {"angle": "radian", "autolimits": "true", "balanceinertia": "true"}
 _STATISTIC = {"extent": "1", "center": "0 0 0.5", "meansize": "0.2"}
 """Attributes of `<statistic>`, by which MuJoCo scales its rendering; the same as in the built-in worlds."""
-_CONVERTED = ("model", "include", "light", "gravity", "frame", "scene", "spherical_coordinates")
+_CONVERTED = ("model", "include", "light", "gravity", "frame", "scene", "spherical_coordinates", "actor")
 _LEFT_OUT = "it has moving joints, so it is a robot, and robots must be listed in the scene"
 
 
@@ -94,6 +95,7 @@ class _WorldWriter:
             Element("statistic", dict(_STATISTIC), span),
             look_of(element),
             *earth_at(element, self.findings),
+            *actors_at(element, self.findings),
             Element("asset", {}, span, [sky_of(element), *meshes]),
             body,
         ]
@@ -160,7 +162,10 @@ class _WorldWriter:
         if tags := dict.fromkeys(child.tag for child in element.children if child.tag not in _CONVERTED):
             what = listing(map(printable, tags), "not used")
             self.findings.add(
-                "N103", "only models, lights, gravity and the place on Earth of the world are used", element.span, what
+                "N103",
+                "only models, actors, lights, gravity and the place on Earth of the world are used",
+                element.span,
+                what,
             )
         visuals = (visual for model in models for link in model.all_links() for visual in link.element.all("visual"))
         if image := next(filter(textured, visuals), None):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
+from inspect import isfunction
 from typing import Any
 
 from graphengine.format.wording import shown
@@ -18,8 +19,8 @@ from graphengine.isaac.omniverse.plain_data import unknown
 from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, member
 
 
-class either:  # noqa: N801  used as a decorator
-    """Decorator for methods that can be called on the class and on instances, like those of OmniGraph's controllers."""
+class _Either:
+    """A method of a controller that can be called on the class and on instances, like all public methods of `Controller`."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
@@ -63,7 +64,6 @@ class Controller(metaclass=Open):
     def __getattr__(self, name: str) -> Any:
         return getattr(type(self), name)
 
-    @either
     def edit(
         self,
         graph_id: Any = None,
@@ -91,29 +91,24 @@ class Controller(metaclass=Open):
         edit.run(commands, "")
         return OgGraph(recorder, graph), edit.made, edit.prims, names
 
-    @either
     def create_graph(self, graph_id: Any, *_: Any, **__: Any) -> OgGraph:
         """Return the graph for a handle or path, or a new graph for a mapping with `graph_path` or for an unused path."""
         return OgGraph(self.recorder, edited_graph(self.recorder, graph_id))
 
-    @either
     def graph(self, graph_id: Any) -> OgGraph | None:
         """Return the graph at a path; None if the path has no graph."""
         return graph_at(self.recorder, graph_id)
 
-    @either
     def node(self, node_id: Any = None, graph_id: Any = None, **named: Any) -> OgNode:
         """Return the node for a path, a name and a graph, or a tuple `(name, graph)`."""
         return node_at(self.recorder, node_id if node_id is not None else named.get("path"), graph_id, self.known)
 
-    @either
     def attribute(self, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> Any:
         """Return the attribute for a path, a name and a node, or a tuple `(name, node)`; a stub for an unknown node."""
         if is_hidden(self.recorder, attribute_id):
             return self._leave_attribute(attribute_id)
         return OgAttribute(self.recorder, self._place(attribute_id, node_id, graph_id))
 
-    @either
     def variable(self, variable_id: Any, graph_id: Any = None) -> OgVariable:
         """Return the variable for a name and a graph, or a tuple `(name, graph)`; a variable handle is returned unchanged."""
         if isinstance(variable_id, OgVariable):
@@ -124,7 +119,6 @@ class Controller(metaclass=Open):
             raise OmniGraphError(f"no variable {shown(name)} in {shown(graph)}")
         return OgVariable(self.recorder, found.graph, name)
 
-    @either
     def create_node(self, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any) -> OgNode:
         """Create a node and return its handle; `node_id` is a prim path or a tuple `(name, graph)`."""
         recorder = self.recorder
@@ -132,28 +126,23 @@ class Controller(metaclass=Open):
         inside = edited_graph(recorder, graph_id) if graph_id is not None else graph_above(recorder, str(name))
         return OgNode(recorder, inside, recorder.create_node(inside, str(name), node_type_id, exist_ok=allow_exists))
 
-    @either
     def delete_node(self, node_id: Any, *_: Any, **__: Any) -> None:
         """Remove a node and its wires."""
         node = node_at(self.recorder, node_id, None, self.known)
         self.recorder.delete_node(node.graph, node.name)
 
-    @either
     def create_variable(self, graph_id: Any, name: str, type: Any, *_: Any, **__: Any) -> OgVariable:
         """Add a variable to a graph and return its handle."""
         return OgGraph(self.recorder, edited_graph(self.recorder, graph_id)).create_variable(name, type)
 
-    @either
     def set_variable_default_value(self, variable_id: Any, value: Any) -> None:
         """Set the default value of a variable."""
         self.variable(variable_id).set(None, value)
 
-    @either
     def get_variable_default_value(self, variable_id: Any) -> Any:
         """Return the default value of a variable."""
         return self.variable(variable_id).get()
 
-    @either
     def node_type(self, type_id: Any) -> NodeType:
         """Return the node type for a name or a node; raise OmniGraphError if the type is not available."""
         name = type_id.get_type_name() if isinstance(type_id, OgNode) else str(type_id)
@@ -161,7 +150,6 @@ class Controller(metaclass=Open):
             raise OmniGraphError(f"there is no node type {name!r}")
         return NodeType(name)
 
-    @either
     def create_attribute(
         self,
         node_id: Any,
@@ -179,22 +167,18 @@ class Controller(metaclass=Open):
             self.recorder.set_value(place, attr_default)
         return OgAttribute(self.recorder, place)
 
-    @either
     def connect(self, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         """Add a wire from one attribute to another."""
         self.recorder.connect(self._place(src_spec), self._place(dst_spec))
 
-    @either
     def disconnect(self, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         """Remove the wire from one attribute to another."""
         self.recorder.disconnect(self._place(src_spec), self._place(dst_spec))
 
-    @either
     def disconnect_all(self, attribute_spec: Any, *_: Any, **__: Any) -> None:
         """Remove all wires of an attribute."""
         self.recorder.disconnect_all(self._place(attribute_spec))
 
-    @either
     def get(self, attribute: Any = None, *_: Any, **named: Any) -> Any:
         """Return the value that the script set for an attribute or variable; a stub if only Omniverse knows the value."""
         spec = attribute if attribute is not None else named.get("attribute_id", self.attribute_id)
@@ -204,7 +188,6 @@ class Controller(metaclass=Open):
             return self._leave_attribute(spec)
         return OgAttribute(self.recorder, self._place(spec, named.get("node"), named.get("graph"))).get()
 
-    @either
     def set(self, *arguments: Any, **named: Any) -> None:
         """Set the value of the attribute or variable given by keyword, by the constructor, or by the first argument."""
         given = list(arguments)
@@ -222,13 +205,11 @@ class Controller(metaclass=Open):
             place = self._place(spec, named.get("node"), named.get("graph"))
             self.recorder.set_value(place, given[0], named.get("type", ""))
 
-    @either
     def evaluate(self, *_: Any, **__: Any) -> Task:
         """Count a rendered frame and return a finished task; the graph is not executed."""
         self.recorder.draw()
         return Task(None, self.recorder)
 
-    @either
     def evaluate_sync(self, *_: Any, **__: Any) -> None:
         """Count a rendered frame; the graph is not executed."""
         self.recorder.draw()
@@ -245,6 +226,9 @@ class Controller(metaclass=Open):
         return place_at(self.recorder, spec, node_id, graph_id, self.known)
 
 
+for _name, _function in [*vars(Controller).items()]:
+    if isfunction(_function) and not _name.startswith("_"):
+        setattr(Controller, _name, _Either(_function))
 _CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup", "DataView", "AttributeValueHelper")
 
 

@@ -2,25 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
+from pathlib import Path
 from typing import Any
 
 _WRITER = re.compile(r"(?P<source>.*)ROS2Publish(?P<message>[A-Za-z0-9]+?)(Buffer)?\Z")
-_HELPERS = {
-    r".* CameraInfo$": "ROS2CameraInfoHelper",
-    r".* LaserScan$": "ROS2RtxLidarHelper with `type: laser_scan`",
-    r".* SemanticLabels$": "ROS2CameraHelper with `enableSemanticLabels: true`",
-    r"RtxRadar.* PointCloud$": "ROS2RtxRadarHelper",
-    r"Rtx.* PointCloud$": "ROS2RtxLidarHelper with `type: point_cloud`",
-    r".* PointCloud$": "ROS2CameraHelper with `type: depth_pcl`",
-    r"BoundingBox2DTight": "ROS2CameraHelper with `type: bbox_2d_tight`",
-    r"BoundingBox2DLoose": "ROS2CameraHelper with `type: bbox_2d_loose`",
-    r"BoundingBox3D": "ROS2CameraHelper with `type: bbox_3d`",
-    r"DistanceTo|Depth": "ROS2CameraHelper with `type: depth`",
-    r"InstanceSegmentation": "ROS2CameraHelper with `type: instance_segmentation`",
-    r"SemanticSegmentation": "ROS2CameraHelper with `type: semantic_segmentation`",
-    r"": "ROS2CameraHelper with `type: rgb`",
-}
+_HELPERS: dict[str, str] = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
 """Helper nodes, by patterns of the render variable and the message of a writer; the first pattern that matches counts."""
 
 

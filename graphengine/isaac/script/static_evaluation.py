@@ -156,7 +156,7 @@ def _ours(thing: Any) -> bool:
     """Return whether an object is a stub, a class of stubs, or a method or instance of such a class."""
     if isinstance(thing, StubModule | StubObject):
         return True
-    function = getattr(thing, "func", thing)  # `func` of the partial object that `either` returns
+    function = getattr(thing, "func", thing)  # `func` of the partial object that is a method of a controller
     made_by = function.__module__ if callable(function) and not isinstance(thing, type) else None
     owner = thing if isinstance(thing, type) else type(thing)
     return (made_by or "").startswith(_OURS) or owner.__module__.startswith(_OURS) or owner.__name__ == "Controller"

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
+from graphengine.devices.device import SampleReader
 from graphengine.devices.stage import Prim
+from graphengine.format.faults import Faults
 from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
+from graphengine.physics.sensor_faults import Output, advance
 
 S = TypeVar("S")
 
@@ -20,11 +23,20 @@ class Handle(Stateful, Generic[S]):
     casts_rays: ClassVar[bool] = False
     """Whether the handle casts rays; their kernels are compiled before the nodes of a session are set up."""
 
+    reader: ClassVar[SampleReader | None] = None
+    """Reads the samples of a sensor; None for other handles."""
+    output: Output | None = None
+    """What the readers of a sensor get while a fault acts on it; None without a fault."""
+
     def __init__(self, simulation: S, prim: Prim) -> None:
         self._simulation = simulation
         self._prim = prim
         self.prim_path = prim.path
+        self._set_up()
         self.bind()
+
+    def _set_up(self) -> None:
+        """Set the attributes that do not depend on the current model; called once, before the first `bind`."""
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
@@ -32,8 +44,7 @@ class Handle(Stateful, Generic[S]):
         return prim.path
 
     def bind(self) -> None:
-        """Look up the prim's ids and array views in the simulation's current model."""
-        raise NotImplementedError
+        """Look up the prim's ids and array views in the simulation's current model, if the handle needs any."""
 
     def reset(self) -> None:
         """Discard all measurements; called when the simulation or only its time is reset, and when the handle is released.
@@ -82,6 +93,12 @@ class HandleTable:
             self._handles.pop(key).reset()
         self._changed()
 
+    def advance(self, faults: Faults) -> None:
+        """Determine what the readers of all sensors get in this tick."""
+        for (_, key), handle in self._handles.items():
+            if handle.reader is not None:
+                advance(handle, key, faults)
+
     def save(self) -> dict[tuple[type[Handle[Any]], str], Any]:
         """Return the states of all handles."""
         return {key: handle.save() for key, handle in self._handles.items()}
@@ -104,6 +121,7 @@ class HandleTable:
         for (_, key), handle in self._handles.items():
             if not prim_path or at_or_below(key, prim_path):
                 handle.reset()
+                handle.output = None
 
     def clear(self) -> None:
         """Release all handles."""

@@ -28,7 +28,7 @@ class SavedState:
         data: MuJoCo's state.
         mounts: poses of the bodies that are fixed to the world and were moved.
         gravity: acceleration of free fall in the world frame, m/s2.
-        parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces and welds.
+        parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces, welds and faults.
         surfaces: names of the bodies that have moving surfaces.
         handles: states of the handles (such as sensor samples), by handle class and key.
         held: coordinates of the bodies that are held at their poses, by path of the placed prim.
@@ -59,9 +59,10 @@ class SimulationCore(SimulationModel):
         Raises:
             PhysicsError: the state is no longer finite, or MuJoCo reported an error.
         """
+        self.movers.walking = False
         self.settled_after = settle_bodies(self.model, self.data, self.step)
-        begin_step(self.model, self.data, self._directed)
-        self.steps = 0
+        self.movers.walking, self.steps = True, 0
+        self._refresh_movers()
         self._remember_start()
         self._start_commands()
 
@@ -75,6 +76,8 @@ class SimulationCore(SimulationModel):
         choices: dict[str, Any] = {"rays": self._rays_choice, "sees_own_robots": self.sees_own_robots}
         made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=seed, **choices)
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
+        if made.movers:
+            made._refresh_movers()  # which walk elsewhere with another seed
         made.settled_after = self.settled_after
         made._remember_start()
         return made
@@ -96,8 +99,7 @@ class SimulationCore(SimulationModel):
     @property
     def step_time(self) -> float:
         """Simulation time of the current state, s: that of the last physics step while the steps of a tick run, else `time`."""
-        seconds, ticks = self.tick_period
-        return self.steps * seconds / (ticks * self.substeps) if self.stepping else self.time
+        return self._time_of_steps() if self.stepping else self.time
 
     @property
     def stepping(self) -> bool:
@@ -129,6 +131,8 @@ class SimulationCore(SimulationModel):
                 body.hold()
             if self.surfaces:
                 self.surfaces.hold()
+            if self.steps >= self._movers_due:
+                self._place_movers()
             mujoco.mj_step1(self.model, self.data)
             if self._directed.geoms:
                 self._directed.apply()
@@ -145,6 +149,8 @@ class SimulationCore(SimulationModel):
     def begin_tick(self, tick: int) -> None:
         """Set the number of the current tick, which determines `time` and which sensors have a new sample."""
         self.tick = tick
+        if self.faults.begin_tick():
+            self.handles.advance(self.faults)
 
     def zero_commands(self) -> None:
         """Set the target velocity and effort of all joints to zero; drives then bring them to rest."""
@@ -167,10 +173,15 @@ class SimulationCore(SimulationModel):
         self._lights.put_back(self.model)
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self._start, STATE)
-        begin_step(self.model, self.data, self._directed)
+        self._refresh_movers()
         self._start_commands()
         self.forces.forget()
         self.handles.reset()
+
+    def _refresh_movers(self) -> None:
+        """Move the movers to their places at this time, and compute the poses and contacts of the new state."""
+        self._place_movers()
+        begin_step(self.model, self.data, self._directed)
 
     def _release_bodies(self) -> None:
         """Release all bodies that handles or welds hold, so that the model is as it was compiled."""
@@ -180,8 +191,11 @@ class SimulationCore(SimulationModel):
         self.welds.clear()
 
     def reset_time(self) -> None:
-        """Set the tick and step counts to zero and discard the sensors' samples; bodies and joints keep their state."""
+        """Set the tick and step counts to zero and discard the sensors' samples; bodies, except movers, keep their state."""
         self.tick = self.steps = 0
+        self.faults.clear()
+        if self.movers:
+            self._refresh_movers()
         self.handles.reset()
         self.dropped_pictures.clear()
 
@@ -211,6 +225,7 @@ class SimulationCore(SimulationModel):
             self._mounts.carry_over(model)
             self.rebind(model, initial_data(model, self.stage))
         super().restore(saved.counts)
+        self._movers_due = 0
         self.model.opt.gravity = saved.gravity
         self._frictions.put_back(self.model)
         self._lights.put_back(self.model)
@@ -227,7 +242,16 @@ class SimulationCore(SimulationModel):
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
-        return self.set_points, self.limits, self.pushes, self._frictions, self._lights, self.surfaces, self.welds
+        return (
+            self.set_points,
+            self.limits,
+            self.pushes,
+            self._frictions,
+            self._lights,
+            self.surfaces,
+            self.welds,
+            self.faults,
+        )
 
     def close(self) -> None:
         """Release all handles."""

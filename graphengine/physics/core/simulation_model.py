@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from fractions import Fraction
 
@@ -10,6 +11,7 @@ import numpy as np
 from graphengine.descriptions.engine import mujoco, round_weights, sort_geoms, wake
 from graphengine.devices.rotation import Pose, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
+from graphengine.format.faults import Faults
 from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
 from graphengine.physics.core.handle_table import HandleTable
@@ -21,6 +23,7 @@ from graphengine.physics.dynamics.gravity_compensation import GravityCompensatio
 from graphengine.physics.dynamics.held_bodies import HeldBody
 from graphengine.physics.dynamics.model_overrides import Frictions, Lights
 from graphengine.physics.dynamics.mounts import Mounts
+from graphengine.physics.dynamics.movers import Movers
 from graphengine.physics.dynamics.moving_surfaces import MovingSurfaces
 from graphengine.physics.dynamics.pushes import Pushes
 from graphengine.physics.dynamics.set_points import SetPoints
@@ -88,8 +91,13 @@ class SimulationModel(Stateful):
         self._mounts = Mounts()
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
+        self.faults = Faults()
+        """Faults of sensors, by prim path."""
         self.pushes = Pushes()
         self.surfaces = MovingSurfaces()
+        self.movers = Movers()
+        self._movers_due: float = 0
+        """Number of steps after which the movers are placed next."""
         self.welds = Welds()
         self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
         """Function that recompiles the model with moving surfaces on the named bodies; `LoadedWorld` sets it."""
@@ -112,11 +120,14 @@ class SimulationModel(Stateful):
         sort_geoms(model)
         round_weights(model)
         surfaces, welds = self.surfaces.bound_to(model, data), self.welds.bound_to(model, data)
+        movers = self.movers.bound_to(model, data)
+        movers.hold(self._time_of_steps(), self.seed)
         begin_step(model, data, directed := DirectedFriction(self.stage, model, data))
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
         self.model, self.data, self._directed, self.surfaces, self.welds = model, data, directed, surfaces, welds
+        self.movers = movers
         self.forces = Forces(model, data)
         drives = list(drives_of(self.stage))
         self.set_points = SetPoints(model, data, drives)
@@ -238,6 +249,19 @@ class SimulationModel(Stateful):
         self.pushes.apply()
         for handle in self.handles.watching:
             handle.see_displacement()
+
+    def _time_of_steps(self) -> float:
+        """Return the simulation time of the physics steps so far, s, which determines where movers are."""
+        seconds, ticks = self.tick_period
+        return self.steps * seconds / (ticks * self.substeps)
+
+    def _place_movers(self) -> None:
+        """Write the places and velocities of movers to the state: at the end of each tick, and whenever one turns."""
+        self.movers.hold(self._time_of_steps(), self.seed)
+        seconds, ticks = self.tick_period
+        turn = self.movers.end * ticks * self.substeps / seconds
+        tick = self.steps - self.steps % self.substeps + self.substeps
+        self._movers_due = max(self.steps + 1, min(turn, tick)) if self.movers else math.inf
 
     def initial_state(self) -> mujoco.MjData:
         """Return the state to which `reset_state` returns, as a new object."""

@@ -3,33 +3,24 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
 
 from graphengine.descriptions.engine import wake
 from graphengine.devices.rotation import Vector3
-from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError
-from graphengine.physics.core.handle_table import Handle
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
+from graphengine.physics.handles.motion_handles import CoreHandle
 
 FASTEST = 1000.0
 """Greatest magnitude of each component of a surface's velocity, m/s or rad/s."""
 
 
-class Conveyor(Handle["SimulationCore"]):
+class Conveyor(CoreHandle):
     """A handle to the moving surface of a body. If the body does not have a moving surface, creating the handle adds one."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        assert prim.body is not None
-        self._body = prim.body
-        if self._body not in simulation.surfaces.velocities:
-            simulation.add_surfaces([self._body])
-        super().__init__(simulation, prim)
-
-    def bind(self) -> None:
-        """Do nothing: the simulation itself looks up the surfaces of its model."""
+    def _set_up(self) -> None:
+        assert self._prim.body is not None
+        self._body = self._prim.body
+        if self._body not in self._simulation.surfaces.velocities:
+            self._simulation.add_surfaces([self._body])
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
         """Set the velocity of the surface, starting with the next step.

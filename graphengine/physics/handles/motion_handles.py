@@ -16,7 +16,6 @@ from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.backend import select_joints
 from graphengine.devices.motion import CommandKind, JointFacts
 from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
-from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
 from graphengine.physics.core.handle_table import Handle
@@ -30,7 +29,11 @@ ROUNDING = 1e-6
 trajectories and in parameters of graphs causes less."""
 
 
-class CarriedPrim(Handle["SimulationCore"]):
+class CoreHandle(Handle["SimulationCore"]):
+    """Base class of handles that need no more than a `SimulationCore`."""
+
+
+class CarriedPrim(CoreHandle):
     """A prim that moves with the body that carries it; without such a body, the prim is static."""
 
     def bind(self) -> None:
@@ -76,7 +79,7 @@ class CarriedPrim(Handle["SimulationCore"]):
         return (u + b * z - c * y, v + c * x - a * z, w + a * y - b * x), (a, b, c)
 
 
-class PlacedBody(Handle["SimulationCore"]):
+class PlacedBody(CoreHandle):
     """A handle that places a prim and holds its body there until the simulation is reset."""
 
     def bind(self) -> None:
@@ -87,16 +90,15 @@ class PlacedBody(Handle["SimulationCore"]):
         self._simulation.place(self._prim, position, orientation)
 
 
-class Joints(Handle["SimulationCore"], JointFacts):
+class Joints(CoreHandle, JointFacts):
     """A handle to the moving joints of a robot."""
 
     kept = ("resets",)
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        JointFacts.__init__(self, prim)
+    def _set_up(self) -> None:
+        JointFacts.__init__(self, self._prim)
         self.resets = 0
         """Number of resets of the simulation or of the robot so far."""
-        super().__init__(simulation, prim)
 
     def reset(self) -> None:
         """Count a reset of the simulation or of the robot in `resets`."""

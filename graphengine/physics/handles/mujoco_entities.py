@@ -91,11 +91,18 @@ class MujocoEntities:
             raise UsageError(f"{name} cannot be moved: its root link is the world itself")
         return self.roots(prim)[0]
 
+    def _refuse_mover(self, name: str, prim: Prim, what: str) -> None:
+        if self._kind(prim) == "mover":
+            remedy = "change its `path`, `speed` or `start` below `movers:` of the scene"
+            raise UsageError(f"{name} cannot be {what}: it is a mover, whose path says where it is\n  {remedy}")
+
     def _kind(self, prim: Prim) -> EntityKind:
         if prim.facts.get("joints") or prim.facts.get("mounts"):
             return "robot"
         if prim.body in self._simulation.surfaces.velocities:
             return "static"  # only its surface moves
+        if prim.body in self._simulation.movers.names:
+            return "mover"
         model, roots = self._simulation.model, self.roots(prim)
         own = np.isin(model.body_rootid, roots)
         moves = model.body_weldid[own].any() or (model.body_mocapid[own] >= 0).any()
@@ -157,6 +164,13 @@ class MujocoEntities:
                 other = self._owner(geom)
                 found[other] = min(distance, found.get(other, math.inf))
         return dict(sorted(found.items(), key=lambda item: item[1]))
+
+    def fixed_around(self, name: str) -> str:
+        """Return the name of something fixed to the world that an entity overlaps, except for floors; empty if there is none."""
+        model, data = self._simulation.model, self._simulation.data
+        root = self._only_root(name, self._find(name))
+        found = distances(model, data, root, -LEAST)
+        return next((self._owner(geom) for geom in found if not model.body_weldid[model.geom_bodyid[geom]]), "")
 
     def _copy_at(
         self, root: int, pose: Pose, data: mujoco.MjData | None = None
@@ -232,6 +246,7 @@ class MujocoEntities:
         _check(name, position=move.position, orientation=move.orientation, velocity=(*linear, *angular))
         turned = _unit(name, move.orientation) if move.orientation is not None else now[1]
         pose = move.position or now[0], turned
+        self._refuse_mover(name, prim, "moved")
         root, model, data = self._only_root(name, prim), self._simulation.model, self._simulation.data
         there = compose(pose, relative(now, pose_of(data.xpos[root], data.xquat[root])))
         bolted, joint = model.body_jntnum[root] == 0, int(model.body_jntadr[root])
@@ -291,6 +306,7 @@ class MujocoEntities:
         _check(name, force=force, duration=(duration,), point=point)
         if duration <= 0.0:
             raise UsageError(f"{name}: the duration of a push must be greater than 0 s, not {duration:g} s")
+        self._refuse_mover(name, prim, "pushed")
         root, model = self._only_root(name, prim), self._simulation.model
         if model.body_jntnum[root] == 0:
             raise UsageError(f"{name} cannot be pushed: it is fixed to the world")

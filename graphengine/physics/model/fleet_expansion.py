@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from graphengine.devices.rotation import Pose, compose, from_orientation
 from graphengine.format.diagnostics import Findings
 from graphengine.format.legal_names import NAMESPACE_FIELD
-from graphengine.format.spec import RobotUse, SceneSpec
+from graphengine.format.scene_spec import SceneSpec
+from graphengine.format.spec import RobotUse
 from graphengine.format.spec_reader import Loaded
 
 

@@ -18,7 +18,7 @@ from graphengine.descriptions.files.xml import Element, mujoco_says, place_of
 from graphengine.descriptions.robot_files.robot_file import read_robot
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.model.fleet_expansion import RobotPlacement

@@ -1,4 +1,4 @@
-"""Adds the joints that let a body have a surface velocity; `moving_surfaces` says how they work."""
+"""Adds the joints that let a body have a surface velocity or follow a route; `moving_surfaces` says how they work."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Collection
 
 from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.routes import route_from, routes_of
 
 _FIRM = 1e8
 """Inertia of a surface joint, kg or kg m2; it is so large that no contact changes the joint's velocity."""
@@ -16,14 +17,20 @@ JOINTS = [
     for kind in (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
     for axis in range(3)
 ]
+_FLAT = [JOINTS[0], JOINTS[1], JOINTS[5]]
+"""The joints of a mover that stays at one height: its position in the world, and its heading."""
+_RISING = [*_FLAT, JOINTS[2]]
+"""The joints of any other mover; the last one is its height."""
 
 
 def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
-    """Add the joints of a moving surface to the named bodies of a model; unknown names are skipped.
+    """Add the joints of movers, and those of a moving surface to the named bodies of a model; unknown names are skipped.
 
     The joints do not make the bodies collide with bodies that are fixed to the same parent, such as the floor and other belts.
     """
-    belts = {name for name in names if spec.body(name) is not None}
+    joints = {name: JOINTS for name in names if spec.body(name) is not None}
+    joints |= {name: _RISING if route_from(text).rises else _FLAT for name, text in routes_of(spec).items()}
+    belts = joints.keys()
     groups = _fixed_together(spec, belts) if belts else []
     if belts:
         # The solver's tolerance is relative to the inertias in contact: it would stop too early for light bodies.
@@ -33,7 +40,7 @@ def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
             for first, second in itertools.product(one, other):
                 spec.add_exclude(bodyname1=first, bodyname2=second)
     for name in sorted(belts):
-        for number, (kind, axis) in enumerate(JOINTS):
+        for number, (kind, axis) in enumerate(joints[name]):
             joint = spec.body(name).add_joint(name=f"{name}{SUFFIX}{number}", type=kind, axis=axis, armature=_FIRM)
             joint.limited, joint.frictionloss, joint.ref = mujoco.mjtLimited.mjLIMITED_FALSE, 0.0, 0.0
             joint.stiffness[:] = joint.damping[:] = 0.0  # whatever the world's defaults are

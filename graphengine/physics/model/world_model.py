@@ -11,12 +11,14 @@ from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, number, read
 from graphengine.descriptions.mjcf.mjcf import is_safe, parse
 from graphengine.descriptions.mjcf.mjcf_trial import is_plain
+from graphengine.descriptions.routes import PREFIX
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES, is_sdf
 from graphengine.descriptions.sdf.sdf_world import read_world
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.spec import PhysicsSpec, SceneSpec
+from graphengine.format.scene_spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
+from graphengine.physics.model.mover_bodies import add_movers
 
 _DRIVEN_BY = {
     "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,
@@ -49,6 +51,10 @@ def world_spec(
         _set_options(spec, root, scene.spec.physics, findings)
         if scene.spec.spherical_coordinates is not None:
             place_world(spec, scene.spec.spherical_coordinates)
+        if path.suffix not in SUFFIXES:
+            for text in [text for text in spec.texts if text.name.startswith(PREFIX)]:
+                spec.delete(text)  # only scenes and SDF worlds have movers
+        add_movers(spec, scene, library, findings)
     return spec, lines
 
 

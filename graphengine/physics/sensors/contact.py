@@ -6,20 +6,15 @@ The sensor measures contacts of the body that carries it. It ignores contacts of
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.contact import ContactReading, ContactSensor
-from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.handles.motion_handles import CarriedPrim
 from graphengine.physics.implementations import Profile, check_less, implements
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class ContactProfile(Profile):
@@ -45,9 +40,8 @@ class BodyContactSensor(CarriedPrim):
     sees_steps = True
     kept = ("_of_step", "_of_tick")
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+    def _set_up(self) -> None:
         self.reset()
-        super().__init__(simulation, prim)
 
     def bind(self) -> None:
         """Look up the body that carries the sensor, and its geoms."""

@@ -6,7 +6,7 @@ follows from the accelerations of the links beyond the joint and from the forces
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,12 +14,8 @@ from pydantic import Field
 from graphengine.descriptions.engine import Floats
 from graphengine.devices.force_torque import ForceTorqueSensor, Wrench, measured_link
 from graphengine.devices.rotation import vector
-from graphengine.devices.stage import Prim
 from graphengine.physics.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.sampling import TickSampled
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class ForceTorqueProfile(Profile):
@@ -45,10 +41,11 @@ class JointWrenchSensor(TickSampled[Wrench]):
     sees_steps = True
     kept = (*TickSampled.kept, "_sum")
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+    def _set_up(self) -> None:
         self._sum = np.zeros(6)
-        self._noise = np.repeat((prim.facts["force_noise"], prim.facts["torque_noise"]), 3)
-        super().__init__(simulation, prim)
+        facts = self._prim.facts
+        self._noise = np.repeat((facts["force_noise"], facts["torque_noise"]), 3)
+        super()._set_up()
 
     def bind(self) -> None:
         """Look up the bodies of the sensor's link and of its parent link.
@@ -84,10 +81,6 @@ class JointWrenchSensor(TickSampled[Wrench]):
         torque, force = np.split(data.cfrc_int[self.body], 2)
         torque = torque + np.cross(self._centre - position, force)
         return self._sign * np.concatenate((force @ axes, torque @ axes))
-
-    def reading(self) -> Wrench:
-        """Return the newest sample; all callers get the same object."""
-        return self._sample()
 
     def _make_sample(self, index: int) -> Wrench:
         values = self._sum / self._simulation.substeps

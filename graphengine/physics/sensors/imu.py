@@ -10,14 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pydantic import Field
 
 from graphengine.devices.imu import Imu, ImuSample
 from graphengine.devices.rotation import Quaternion, Vector3, unrotate
-from graphengine.devices.stage import Prim
 from graphengine.physics.handles.motion_handles import CarriedPrim
 from graphengine.physics.implementations import Deviation, Offsets, Profile, Rate, implements
 from graphengine.physics.sensors.inertial_errors import (
@@ -28,9 +27,6 @@ from graphengine.physics.sensors.inertial_errors import (
     TriadErrors,
 )
 from graphengine.physics.sensors.sampling import Sampling
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class ImuProfile(Profile):
@@ -117,21 +113,20 @@ class InertialUnit(CarriedPrim):
     sees_steps = True
     kept = ("_by_step", "_by_tick", "_drift", "_orientation", "_sample", "_sampled", "_velocity")
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        facts = prim.facts
+    def _set_up(self) -> None:
+        facts = self._prim.facts
         self.rate: float = facts["rate"]
-        seconds, ticks = simulation.tick_period
-        steps = simulation.substeps
+        (seconds, ticks), steps = self._simulation.tick_period, self._simulation.substeps
         tick, step = (seconds, ticks), (seconds, ticks * steps)
-        self._by_tick = _Samples(Sampling(self.rate, tick, prim.path), tick, steps)
-        self._by_step = _Samples(Sampling(self.rate, step, prim.path), step, 1)
+        self._by_tick = _Samples(Sampling(self.rate, tick, self.prim_path), tick, steps)
+        self._by_step = _Samples(Sampling(self.rate, step, self.prim_path), step, 1)
         self._noise = np.repeat((facts["acceleration_noise"], facts["angular_velocity_noise"]), 3)
         self._bias = np.array((*facts["acceleration_bias"], *facts["angular_velocity_bias"]), float)
-        self._errors = InertialErrors(facts["errors"], self.rate, prim.path) if facts.get("errors") else None
+        self._errors = InertialErrors(facts["errors"], self.rate, self.prim_path) if facts.get("errors") else None
         self._drift: Drift | None = None
         self._sample: ImuSample | None = None
         self._sampled: _Mean | None = None
-        super().__init__(simulation, prim)
+        self.bind()  # the first motion measured is that from the present state
         self.see_displacement()
 
     def bind(self) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,15 +20,11 @@ from pydantic import Field, model_validator
 from graphengine.descriptions.engine import Floats
 from graphengine.descriptions.geoms import geom_colours
 from graphengine.devices.lidar import Lidar, Scan, beam_directions
-from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.implementations import Deviation, Profile, Rate, check_less, implements
 from graphengine.physics.ray_casting.casters import Integers
 from graphengine.physics.ray_casting.own_colliders import own_colliders
 from graphengine.physics.sensors.sampling import S, TickSampled
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MAX_BEAMS = 500_000
@@ -151,18 +147,18 @@ class RaySensor(TickSampled[S]):
     """Base class of sensors that sample by casting rays.
 
     The `facts` of the sensor's prim contain `ranges`, and may contain `noise_std` and `resolution`. A subclass sets `directions`
-    before it calls `__init__`, and makes a sample in `_make_sample`.
+    in `_set_up`, and makes a sample in `_make_sample`.
     """
 
     casts_rays = True
 
     directions: Floats
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self.ranges: tuple[float, float] = prim.facts["ranges"]
-        self.noise_std: float = prim.facts.get("noise_std", 0.0)
-        self._resolution: float = prim.facts.get("resolution", 0.0)
-        super().__init__(simulation, prim)
+    def _set_up(self) -> None:
+        self.ranges: tuple[float, float] = self._prim.facts["ranges"]
+        self.noise_std: float = self._prim.facts.get("noise_std", 0.0)
+        self._resolution: float = self._prim.facts.get("resolution", 0.0)
+        super()._set_up()
 
     def bind(self) -> None:
         """Look up the body that carries the sensor, and create the caster."""
@@ -195,12 +191,12 @@ def rounded(values: Floats, resolution: float) -> Floats:
 class RayLidar(RaySensor[Scan]):
     """The lidar at a prim; the prim's `facts` are the values of the lidar's profile."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self.angles: tuple[float, float, float] = prim.facts["angles"]
-        self.elevations: Floats = np.array(prim.facts.get("elevations", (0.0,)), float)
+    def _set_up(self) -> None:
+        self.angles: tuple[float, float, float] = self._prim.facts["angles"]
+        self.elevations: Floats = np.array(self._prim.facts.get("elevations", (0.0,)), float)
         self.directions = beam_directions(self.angles, self.elevations)
         self.elevations.flags.writeable = self.directions.flags.writeable = False
-        super().__init__(simulation, prim)
+        super()._set_up()
 
     def bind(self) -> None:
         """Create the caster, and compute the intensity of a hit on each geom."""
@@ -210,7 +206,7 @@ class RayLidar(RaySensor[Scan]):
 
     def scan(self) -> Scan:
         """Return the newest sample; all callers get the same object."""
-        return self._sample()
+        return self.reading()
 
     def _make_sample(self, index: int) -> Scan:
         near, far = self.ranges

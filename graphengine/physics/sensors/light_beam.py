@@ -6,19 +6,14 @@ The beams hit the same objects as the beams of a lidar. They are cast when the s
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from graphengine.devices.light_beam import BeamReading, LightBeam
-from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Vector
 from graphengine.physics.implementations import Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class LightBeamProfile(Profile):
@@ -58,12 +53,12 @@ class LightBeamProfile(Profile):
 class LightCurtain(RayBundle):
     """The light beam sensor at a prim; the prim's `facts` are the values of its profile."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        facts, count = prim.facts, prim.facts["num_rays"]
+    def _set_up(self) -> None:
+        facts, count = self._prim.facts, self._prim.facts["num_rays"]
         forward, aside = (np.array(facts[axis]) / math.hypot(*facts[axis]) for axis in ("forward_axis", "curtain_axis"))
         self._directions = np.tile(forward, (count, 1))
         self._origins = np.outer(np.arange(count) * facts["curtain_length"] / count, aside)
-        super().__init__(simulation, prim)
+        super()._set_up()
 
     def reading(self) -> BeamReading:
         """Cast the beams; return whether each beam is broken, its depth (m) and the positions of both its ends."""

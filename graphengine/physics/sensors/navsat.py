@@ -7,19 +7,15 @@ simulated; a share of the time without a fix stands for a shadowed sky.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import Field
 
 from graphengine.descriptions.earth import earth_of
 from graphengine.devices.navsat import NavSat, NavSatReading
-from graphengine.devices.stage import Prim
 from graphengine.physics.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.geodesy import TangentPlane
 from graphengine.physics.sensors.sampling import Sampling, TickSampled
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 _NO_FIX = (math.nan, math.nan, math.nan)
 
@@ -44,24 +40,20 @@ class NavSatProfile(Profile):
 class NavSatReceiver(TickSampled[NavSatReading]):
     """The receiver at a prim; the prim's `facts` are the values of its profile."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        facts = prim.facts
+    def _set_up(self) -> None:
+        facts = self._prim.facts
         self.fix: str = facts["fix"]
         self.horizontal_noise: float = facts["horizontal_noise"]
         self.vertical_noise: float = facts["vertical_noise"]
         self._dropout: float = facts["dropout"]
         stretches = 1.0 / facts["dropout_duration"]
-        self._outages = Sampling(stretches, simulation.tick_period, f"{prim.path} dropout")
-        super().__init__(simulation, prim)
+        self._outages = Sampling(stretches, self._simulation.tick_period, f"{self.prim_path} dropout")
+        super()._set_up()
 
     def bind(self) -> None:
         """Look up the body that carries the receiver, and the place of the world on Earth."""
         super().bind()
         self._plane = TangentPlane(*(earth_of(self._simulation.model) or (0.0, 0.0, 0.0, 0.0)))
-
-    def reading(self) -> NavSatReading:
-        """Return the newest sample; all callers get the same object."""
-        return self._sample()
 
     def _make_sample(self, index: int) -> NavSatReading:
         time, level = self._simulation.time, self.horizontal_noise

@@ -11,7 +11,7 @@ simulated. The intensity follows the radar equation, in which power falls with t
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +20,10 @@ from pydantic import Field
 from graphengine.descriptions.engine import Floats
 from graphengine.devices.lidar import beam_directions
 from graphengine.devices.radar import Detections, Radar
-from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
 from graphengine.physics.implementations import Deviation, implements
 from graphengine.physics.ray_casting.casters import Integers
 from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 _NEAREST = 1e-3
 """Distance below which the received power no longer grows, m."""
@@ -55,15 +51,15 @@ class RadarProfile(LidarProfile):
 class RayRadar(RaySensor[Detections]):
     """The radar at a prim; the prim's `facts` are the values of the radar's profile."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        facts = prim.facts
+    def _set_up(self) -> None:
+        facts = self._prim.facts
         self.directions = beam_directions(facts["angles"], np.array(facts["elevations"], float))
         self.directions.flags.writeable = False
-        super().__init__(simulation, prim)
+        super()._set_up()
 
     def detections(self) -> Detections:
         """Return the newest sample; all callers get the same object."""
-        return self._sample()
+        return self.reading()
 
     def _make_sample(self, index: int) -> Detections:
         (near, far), facts = self.ranges, self._prim.facts

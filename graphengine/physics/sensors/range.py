@@ -8,20 +8,16 @@ if it does not reflect towards the sensor, unlike real ultrasonic sensors.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from graphengine.descriptions.engine import Floats
 from graphengine.devices.range import RangeReading, RangeSensor
-from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.lidar import RaySensor, check_distances
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class RangeProfile(Profile):
@@ -59,15 +55,11 @@ class RangeProfile(Profile):
 class RayCone(RaySensor[RangeReading]):
     """The range sensor at a prim; the prim's `facts` are the values of its profile."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self.radiation_type: str = prim.facts["radiation_type"]
-        self.field_of_view: float = prim.facts["field_of_view"]
-        self.directions = cone_directions(self.field_of_view, prim.facts["rings"])
-        super().__init__(simulation, prim)
-
-    def reading(self) -> RangeReading:
-        """Return the newest sample; all callers get the same object."""
-        return self._sample()
+    def _set_up(self) -> None:
+        self.radiation_type: str = self._prim.facts["radiation_type"]
+        self.field_of_view: float = self._prim.facts["field_of_view"]
+        self.directions = cone_directions(self.field_of_view, self._prim.facts["rings"])
+        super()._set_up()
 
     def _make_sample(self, index: int) -> RangeReading:
         near, far = self.ranges

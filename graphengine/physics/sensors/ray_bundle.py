@@ -6,18 +6,14 @@ a body, the ray hits the body at this point, as in PhysX.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from graphengine.descriptions.engine import Bools, Floats, Indices, mujoco
-from graphengine.devices.stage import Prim
 from graphengine.physics.handles.motion_handles import CarriedPrim
 from graphengine.physics.ray_casting.casters import Caster
 from graphengine.physics.ray_casting.own_colliders import own_colliders
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 _KINDS = mujoco.mjtGeom
 _SOLIDS = [_KINDS.mjGEOM_PLANE, _KINDS.mjGEOM_SPHERE, _KINDS.mjGEOM_CAPSULE]
@@ -40,8 +36,8 @@ class Hits(NamedTuple):
 class RayBundle(CarriedPrim):
     """Base class of sensors whose rays have individual origins and directions.
 
-    The `facts` of the sensor's prim contain `min_range` and `max_range`. Before it calls `__init__`, a subclass sets `_origins`
-    (m) and `_directions` (unit vectors) in the sensor's frame, of shape (n, 3).
+    The `facts` of the sensor's prim contain `min_range` and `max_range`. In `_set_up`, a subclass sets `_origins` (m) and
+    `_directions` (unit vectors) in the sensor's frame, of shape (n, 3).
     """
 
     casts_rays = True
@@ -49,9 +45,8 @@ class RayBundle(CarriedPrim):
     _origins: Floats
     _directions: Floats
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self._ranges: tuple[float, float] = (prim.facts["min_range"], prim.facts["max_range"])
-        super().__init__(simulation, prim)
+    def _set_up(self) -> None:
+        self._ranges: tuple[float, float] = (self._prim.facts["min_range"], self._prim.facts["max_range"])
 
     def bind(self) -> None:
         """Look up the body that carries the sensor, and create the casters of its rays."""

@@ -6,20 +6,16 @@ The rays hit the same objects as the rays of a lidar. All rays are cast when the
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from graphengine.descriptions.engine import body_names
 from graphengine.devices.raycast import RaycastReading, RaycastSensor
-from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.implementations import Offsets, Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 MAX_RAYS = 10_000
 """Maximum number of rays of a raycast sensor."""
@@ -66,11 +62,11 @@ class RaycastProfile(Profile):
 class RaySet(RayBundle):
     """The raycast sensor at a prim; the prim's `facts` are the values of its profile."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        directions = np.array(prim.facts["ray_directions"], float)
+    def _set_up(self) -> None:
+        directions = np.array(self._prim.facts["ray_directions"], float)
         self._directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        self._origins = np.broadcast_to(np.array(prim.facts["ray_origins"], float), directions.shape)
-        super().__init__(simulation, prim)
+        self._origins = np.broadcast_to(np.array(self._prim.facts["ray_origins"], float), directions.shape)
+        super()._set_up()
 
     def bind(self) -> None:
         """Look up the prims of all bodies, and create the rays."""

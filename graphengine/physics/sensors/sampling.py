@@ -8,16 +8,12 @@ which starts from seed, prim path and sample number. So they do not depend on wh
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from graphengine.devices.random_streams import key_of
-from graphengine.devices.stage import Prim
 from graphengine.physics.handles.motion_handles import CarriedPrim
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 S = TypeVar("S")
 
@@ -52,10 +48,9 @@ class Sampling:
 class Sampled(CarriedPrim):
     """Base class of sensors that take samples at a fixed rate: the `rate` in the `facts` of the prim, Hz."""
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self.rate: float = prim.facts.get("rate", 30.0)
-        self._sampling = Sampling(self.rate, simulation.tick_period, prim.path)
-        super().__init__(simulation, prim)
+    def _set_up(self) -> None:
+        self.rate: float = self._prim.facts.get("rate", 30.0)
+        self._sampling = Sampling(self.rate, self._simulation.tick_period, self.prim_path)
 
     @property
     def due(self) -> bool:
@@ -77,15 +72,13 @@ class TickSampled(Sampled, Generic[S]):
 
     kept: ClassVar[tuple[str, ...]] = ("_newest",)
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self._newest: tuple[int, S] | None = None
-        super().__init__(simulation, prim)
+    _newest: tuple[int, S] | None = None
 
     def reset(self) -> None:
         """Discard the newest sample."""
         self._newest = None
 
-    def _sample(self) -> S:
+    def reading(self) -> S:
         """Return the newest sample, which is measured when it is first requested in its tick; all callers get the same object.
 
         If no node requested the sample in its tick, it is measured now with its own number and the current time, and not kept.

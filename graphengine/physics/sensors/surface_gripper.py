@@ -7,7 +7,7 @@ force is ignored during these steps.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -21,9 +21,6 @@ from graphengine.physics.dynamics.welds import add_weld
 from graphengine.physics.handles.motion_handles import CarriedPrim
 from graphengine.physics.implementations import Offsets, Profile, check_less, implements
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
 
 _SETTLING = 10
 """Number of physics steps for which the force of a new weld is ignored; also the pause of a point after its weld breaks."""
@@ -90,12 +87,11 @@ class SuctionGripper(CarriedPrim):
     sees_steps = casts_rays = True
     kept = ("status", "_trying", "_tried", "_waiting")
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        robot = next(above for above in prim.ancestors() if above.kind == "robot")
-        self._welds = [f"{robot.entity_name}/{name}" for name in _weld_names(prim)]
-        self._forward = np.array(_AXES[prim.facts["forward_axis"]])
+    def _set_up(self) -> None:
+        robot = next(above for above in self._prim.ancestors() if above.kind == "robot")
+        self._welds = [f"{robot.entity_name}/{name}" for name in _weld_names(self._prim)]
+        self._forward = np.array(_AXES[self._prim.facts["forward_axis"]])
         self.reset()
-        super().__init__(simulation, prim)
 
     def bind(self) -> None:
         """Look up the body that carries the gripper, and create the caster of its rays."""

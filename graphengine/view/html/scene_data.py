@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.visible import Bodies, VisibleShape
 from graphengine.view.html.payload import Payload
-from graphengine.view.html.trace import SampledLidar, Stage, Trace
+from graphengine.view.html.trace import SampledLidar, SampledStage, SceneTrace
 from graphengine.view.scene.shape_surfaces import (
     alike,
     encoded_texture,
@@ -41,7 +41,7 @@ class SceneData:
         self.surfaces: list[Mapping[str, Any]] = []
         self.textures: list[Mapping[str, Any]] = []
 
-    def stage(self, stage: Stage, trace: Trace) -> Mapping[str, Any]:
+    def stage(self, stage: SampledStage, trace: SceneTrace) -> Mapping[str, Any]:
         """Return one part of the run: shapes, lidars, the poses of all bodies in the first sample, and of those that move."""
         poses = np.stack(stage.poses)
         moving = np.flatnonzero((poses != poses[0]).any(axis=(0, 2)))
@@ -103,7 +103,7 @@ class SceneData:
             stored.append({name: self._payload.put(array) for name, array in arrays.items()})
         return self._known[key]
 
-    def _lidar(self, lidar: SampledLidar, trace: Trace) -> Mapping[str, Any]:
+    def _lidar(self, lidar: SampledLidar, trace: SceneTrace) -> Mapping[str, Any]:
         put = self._payload.put
         return {
             "beams": put(lidar.lidar.directions[lidar.beams].astype(np.float32)),

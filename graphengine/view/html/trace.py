@@ -66,7 +66,7 @@ class SampledLidar:
 
 
 @dataclass(eq=False)
-class Stage:
+class SampledStage:
     """A part of a run in which the same bodies exist: a robot that is added or removed begins another one.
 
     Attributes:
@@ -90,7 +90,7 @@ class Stage:
             del lidar.ticks[1::2], lidar.poses[1::2], lidar.ranges[1::2]
 
 
-class Trace:
+class SceneTrace:
     """Collects samples of a session; call `sample` after each tick.
 
     Args:
@@ -104,7 +104,7 @@ class Trace:
 
     def __init__(self, session: SessionCore) -> None:
         self.period = session.clock.delta
-        self.stages: list[Stage] = []
+        self.stages: list[SampledStage] = []
         self.speeds: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
         self._session = session
         self._shown: object = None
@@ -128,7 +128,7 @@ class Trace:
         if begins or last or tick % self._stride == 0:
             self._store(stage, tick, poses.astype(np.float32))
 
-    def _store(self, stage: Stage, tick: int, poses: Poses) -> None:
+    def _store(self, stage: SampledStage, tick: int, poses: Poses) -> None:
         stage.ticks.append(tick)
         stage.poses.append(poses)
         names = list(stage.robots)[:MAX_ROBOTS]
@@ -141,15 +141,17 @@ class Trace:
             self._stride, self._scan_stride = 2 * self._stride, 2 * self._scan_stride
             for before in self.stages:
                 before.drop_every_second()
+            for samples in self.speeds.values():
+                del samples[1::2]
 
-    def _begin(self) -> Stage:
+    def _begin(self) -> SampledStage:
         services = self._session.services
         bodies, stage = services.world.bodies(), services.stage
         rows = {name: row for row, name in enumerate(bodies.names)}
         prims = list(stage.prims("lidar"))
         lidars = [services.world.device(Lidar, prim) for prim in prims]
         every = slice(None, None, -(-sum(len(lidar.directions) for lidar in lidars) // MAX_BEAMS) or 1)
-        return Stage(
+        return SampledStage(
             bodies,
             {name: mount_of(stage.find(prim.facts["base_link"]), rows).body for name, prim in stage.robots().items()},
             [SampledLidar(lidar, mount_of(prim, rows), every) for lidar, prim in zip(lidars, prims, strict=True)],

@@ -10,7 +10,7 @@ import pytest
 from graphengine.descriptions.files.packages import Packages
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.loading import load_world
 from tests.physics.harness import CART, Project

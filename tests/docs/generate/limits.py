@@ -26,7 +26,8 @@ ROOMS = {
     "descriptions": "Descriptions of robots and worlds", "node": "Nodes", "compiler": "Graphs",
     "runtime": "Runs", "physics": "Worlds, robots and sensors", "ros": "ROS 2 network", "nodes": "Node types", "scene": "Scenes",
     "recording": "Recordings", "control": "Control of runs", "drawing": "Drawings", "isaac": "Import from Isaac Sim",
-    "view": "The page", "api": "Python", "bringup": "Robots, maps and Nav2", "cli": "Commands", "testing": "Tests",
+    "view": "The page", "api": "Python", "bringup": "Robots, maps and Nav2", "experiments": "Scenarios",
+    "cli": "Commands", "testing": "Tests",
 }  # fmt: skip
 
 

@@ -7,6 +7,10 @@ from collections.abc import Iterator
 
 from graphengine.cli import OLD_NAMES, VERBS, make_parser
 from graphengine.cli.node_reference import code, prose, table
+from graphengine.experiments import test_verb
+
+TEST = "test"
+"""The verb that graphengine adds by an entry point, as other packages can."""
 
 _INTRODUCTION = """# Commands
 
@@ -19,17 +23,22 @@ _CODES = (
     ("2", "a wrong command line"),
     ("3", "out of memory"),
     ("130", "Ctrl-C before a run began, or before a verb had its result"),
+    (
+        "of `test`",
+        "those of pytest: 0, 1 some failed, 2 interrupted, 3 internal error, 4 wrong command line, 5 no test found",
+    ),
 )
 
 
 def pages() -> Iterator[tuple[str, str]]:
     """Yield path and text of the page."""
-    rows = [(f"[{code(name)}](#{name})", prose(about)) for name, about in VERBS.items()]
+    verbs = {**VERBS, TEST: test_verb.HELP}
+    rows = [(f"[{code(name)}](#{name})", prose(about)) for name, about in verbs.items()]
     former = [f"{code(new)} is also called {code(old)}, its former name." for old, new in OLD_NAMES.items()]
     lines = [_INTRODUCTION, *table(("verb", "what it does"), rows), "", *former]
     lines += ["", "## Exit codes", "", *table(("code", "meaning"), _CODES)]
-    for name in VERBS:
-        parser = _subparsers(make_parser(name))[name]
+    for name in verbs:
+        parser = _subparsers(make_parser(name, plugin=name if name == TEST else None))[name]
         lines += ["", f"## {name}", "", *_of_parser(parser)]
         for subverb, inner in _subparsers(parser).items():
             lines += ["", f"### {name} {subverb}", "", *_of_parser(inner)]

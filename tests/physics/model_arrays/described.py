@@ -12,7 +12,7 @@ import numpy as np
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, find_file
-from graphengine.format.spec import SceneSpec
+from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.loading import load_world
 from tests.physics.harness import FLOOR

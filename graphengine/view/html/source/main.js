@@ -99,7 +99,7 @@ const KEYS = {
 };
 
 function press(event) {
-  const busy = event.target.matches("select") || (event.key === " " && event.target.matches("button"));
+  const busy = event.target.matches("select, #plots") || (event.key === " " && event.target.matches("button"));
   if (busy || event.ctrlKey || event.altKey || event.metaKey || !KEYS[event.key]) return;
   event.preventDefault();
   KEYS[event.key](event);
@@ -130,7 +130,7 @@ try {
 }
 addMarks();
 addLog();
-Object.assign(element("slider"), { max: data.duration, step: data.step });
+Object.assign(element("slider"), { max: data.duration, step: "any" });
 element("duration").textContent = `of ${clock(data.duration)}`;
 element("slider").addEventListener("input", () => seek(Number(element("slider").value)));
 element("play").addEventListener("click", () => play(!state.playing));

@@ -3,6 +3,7 @@
 import { lastBefore } from "./decode.js";
 
 const HEIGHT = 130; // px
+const NOISE = 1e-9; // values and spans below are rounding errors
 
 export class Plots {
   // `seek` is called with the time that a click selects, s.
@@ -31,7 +32,7 @@ class Plot {
     const quiet = () => colour("--quiet");
     const axis = { stroke: quiet, font: "11px system-ui", grid: { stroke: () => colour("--line"), width: 1 }, ticks: { show: false } };
     this.uplot = new window.uPlot({
-      width: 300, height: HEIGHT, padding: [6, 8, 0, 0], legend: { show: false }, cursor: { drag: { x: false, y: false }, y: false },
+      width: 300, height: HEIGHT, padding: [10, 16, 0, 0], legend: { show: false }, cursor: { drag: { x: false, y: false }, y: false },
       scales: { x: { time: false, range: [0, duration || 1] }, y: { range: (_, low, high) => this.range(low, high) } },
       axes: [{ ...axis, size: 22, values: (_, splits) => splits.map((split) => `${split} s`) }, { ...axis, size: 48, space: 24 }],
       series: [{}, { stroke: () => colour("--strong"), width: 1.5, points: { show: false } }],
@@ -46,7 +47,7 @@ class Plot {
   range(low, high) {
     const all = [low, high, ...this.limits].filter((value) => Number.isFinite(value));
     const [least, most] = all.length ? [Math.min(...all), Math.max(...all)] : [0, 1];
-    const margin = (most - least) * 0.08 || Math.abs(most) * 0.1 || 1;
+    const margin = most - least > NOISE ? (most - least) * 0.08 : Math.max(Math.abs(most) * 0.1, 0.1);
     return [least - margin, most + margin];
   }
 
@@ -72,7 +73,7 @@ class Plot {
     this.line.style.left = `${this.uplot.valToPos(time, "x")}px`;
     const value = this.data.values[lastBefore(this.data.times, time)];
     const limited = this.data.limits;
-    this.value.textContent = Number.isFinite(value) ? value.toPrecision(3) : "–";
+    this.value.textContent = Number.isFinite(value) ? (Math.abs(value) < NOISE ? 0 : value).toPrecision(3) : "–";
     this.value.className = (limited[0] !== null && value < limited[0]) || (limited[1] !== null && value > limited[1]) ? "beyond" : "";
   }
 }

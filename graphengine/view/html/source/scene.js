@@ -9,9 +9,10 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { lastBefore } from "./decode.js";
 
 const FAR = 10; // m; points beyond have the same colour
-const VIEW = new Vector3(-3.2, -2.6, 2.4); // m from the target to the camera
+const VIEW = new Vector3(-2.7, -0.6, 1.7); // m from the target to the camera: behind a robot, where it came from
+const UP = new Vector3(0, 0, 1);
 
-Object3D.DEFAULT_UP.set(0, 0, 1);
+Object3D.DEFAULT_UP.copy(UP);
 
 // Returns position, rotation and scale at some place of arrays as a matrix.
 function matrix(poses, index, scales) {
@@ -137,23 +138,25 @@ export class World {
     sun.position.set(4, -6, 10);
     this.scene.add(new HemisphereLight(0xffffff, 0x9a958c, 2), sun, ...this.stages.map((stage) => stage.group));
     host.append(this.renderer.domElement);
-    this.follow(data.stages[0].robots[0]?.[0] ?? "");
+    this.camera.position.copy(VIEW);
+    this.followed = data.stages[0].robots[0]?.[0] ?? "";
+    this.before = { position: new Vector3(), heading: 0 };
     this.show(0);
-    this.controls.target.copy(this.position ?? new Vector3());
-    this.camera.position.copy(this.controls.target).add(VIEW);
-    this.controls.update();
   }
 
+  // Follows another robot from the same side; the name of none ends it.
   follow(name) {
     this.followed = name;
-    this.position = null;
-    if (this.stage) this.track();
+    this.before = null;
+    this.track();
   }
 
-  // Returns the position of a robot, m; null while it does not exist.
-  positionOf(name) {
+  // Returns the position, m, and the heading, rad, of a robot; null while it does not exist.
+  poseOf(name) {
     const row = this.stage.data.robots.find(([robot]) => robot === name)?.[1];
-    return row === undefined ? null : new Vector3().setFromMatrixPosition(this.stage.bodies[row]);
+    if (row === undefined) return null;
+    const { elements } = this.stage.bodies[row];
+    return { position: new Vector3().fromArray(elements, 12), heading: Math.atan2(elements[1], elements[0]) };
   }
 
   show(time) {
@@ -163,15 +166,18 @@ export class World {
     this.track();
   }
 
-  // Moves the camera with the followed robot.
+  // Moves and turns the camera with the followed robot.
   track() {
-    const position = this.positionOf(this.followed);
-    if (position) {
-      const step = position.clone().sub(this.position ?? this.controls.target);
-      for (const point of [this.camera.position, this.controls.target]) point.add(step);
-      this.controls.update();
+    const pose = this.poseOf(this.followed);
+    if (pose) {
+      const { target } = this.controls;
+      const before = this.before ?? { ...pose, position: target.clone() };
+      const offset = this.camera.position.clone().sub(target).applyAxisAngle(UP, pose.heading - before.heading);
+      target.add(pose.position).sub(before.position);
+      this.camera.position.copy(target).add(offset);
     }
-    this.position = position;
+    this.controls.update();
+    this.before = pose;
   }
 
   render() {

@@ -1,11 +1,14 @@
-"""Replays a recording for its page: samples the session, and collects the messages of nodes."""
+"""Writes a recording as one HTML file: replays it, samples the session, and collects the messages of nodes."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from pathlib import Path
+
 from graphengine.recording.marks import LONGEST, Marks
 from graphengine.recording.player import RecordingPlayer
-from graphengine.view.html.page import LogEntry
-from graphengine.view.html.trace import Trace
+from graphengine.view.html.html_file import LogEntry, robot_plots, write_html
+from graphengine.view.html.trace import SceneTrace
 
 MAX_ENTRIES = 1000
 """Maximum number of messages of nodes in the log."""
@@ -31,9 +34,9 @@ class ReplayLog:
             self.entries.append(LogEntry(self.marks.tick, severity, line))
 
 
-def sample_replay(player: RecordingPlayer) -> Trace:
+def sample_replay(player: RecordingPlayer) -> SceneTrace:
     """Replay a recording to its end and return its samples."""
-    trace = Trace(player.session)
+    trace = SceneTrace(player.session)
     trace.sample(0)
     while not player.complete:
         before = player.built
@@ -41,3 +44,19 @@ def sample_replay(player: RecordingPlayer) -> Trace:
         if player.built > before:
             trace.sample(player.built, last=player.complete or player.built == player.length)
     return trace
+
+
+def write_recording(player: RecordingPlayer, log: ReplayLog, path: Path) -> None:
+    """Replay a recording to its end and write it as one HTML file.
+
+    Args:
+        player: player of the recording, with the marks of `log`.
+        log: the log of the replayed session.
+        path: file to write; an older file is replaced when the new one is complete.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    trace, title = sample_replay(player), player.recording.path.name
+    marks = [LogEntry(**asdict(mark)) for mark in log.marks.all]
+    write_html(trace, path, title=title, plots=robot_plots(trace), marks=marks, log=log.entries)

@@ -6,8 +6,6 @@ page's own scripts and style, by their digests, and no text can become HTML (`re
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import html
 import math
 from collections.abc import Mapping, Sequence
@@ -20,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from graphengine.drawing.page import digest
 from graphengine.format.atomic_write import write_together
-from graphengine.recording.marks import RecordingMark
 from graphengine.view.html.payload import Payload
 from graphengine.view.html.scene_data import SceneData
-from graphengine.view.html.trace import Trace
+from graphengine.view.html.trace import SceneTrace
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +60,12 @@ class LogEntry:
 
 
 def write_html(
-    trace: Trace,
+    trace: SceneTrace,
     path: Path,
     *,
     title: str,
     plots: Sequence[Plot] = (),
-    marks: Sequence[RecordingMark] = (),
+    marks: Sequence[LogEntry] = (),
     log: Sequence[LogEntry] = (),
 ) -> None:
     """Write a run as one HTML file; an older file is replaced when the new one is complete.
@@ -86,7 +84,7 @@ def write_html(
     payload = Payload()
     scenes = SceneData(payload)
     stages = [scenes.stage(stage, trace) for stage in trace.stages]
-    told: list[RecordingMark | LogEntry] = [*marks, *log]
+    told = [*marks, *log]
     events = [{**asdict(event), "time": event.tick * trace.period} for event in told]
     values = {
         "duration": trace.stages[-1].ticks[-1] * trace.period,
@@ -101,7 +99,7 @@ def write_html(
     write_together({path: _page(title, payload.text(values)).encode()})
 
 
-def robot_plots(trace: Trace) -> Sequence[Plot]:
+def robot_plots(trace: SceneTrace) -> Sequence[Plot]:
     """Return speed and turn rate of the first robots of a run."""
     plots = []
     for name, samples in trace.speeds.items():
@@ -121,7 +119,7 @@ def _page(title: str, data: str) -> str:
     library_style, own_style, library, script = (_file(name) for name in names)
     style = f"{library_style}\n{own_style}"
     policy = (
-        f"default-src 'none'; script-src {_digest(library)} {_digest(script)}; style-src {_digest(style)}; base-uri 'none'; "
+        f"default-src 'none'; script-src {digest(library)} {digest(script)}; style-src {digest(style)}; base-uri 'none'; "
         "form-action 'none'; require-trusted-types-for 'script'; trusted-types 'none'"
     )
     return Template(_file("page.html")).substitute(
@@ -131,7 +129,3 @@ def _page(title: str, data: str) -> str:
 
 def _file(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
-
-
-def _digest(text: str) -> str:
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -1,0 +1,34 @@
+"""Durations as users write them, such as `0.1s`, `500ms` or `2min`."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+_UNITS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
+
+
+def seconds(text: str) -> float:
+    """Return a duration such as `10`, `10s`, `500ms` or `2min` in seconds.
+
+    Raises:
+        ValueError: the text is not a duration.
+    """
+    match = re.fullmatch(r"([0-9]*\.?[0-9]+) ?(s|ms|min|)", text.strip())
+    if match is None:
+        raise ValueError(f"{text.strip()!r} is not a time; write 10, 10s, 500ms or 2min")
+    return float(match[1]) * _UNITS[match[2]]
+
+
+def in_seconds(value: Any) -> Any:
+    """Return a duration in seconds; a value that is no text is returned unchanged."""
+    return seconds(value) if isinstance(value, str) else value
+
+
+_TEXT = BeforeValidator(in_seconds, json_schema_input_type=float | str)
+Duration = Annotated[float, Field(ge=0, le=1e6), _TEXT]
+"""A time such as 2s, 500ms, 2min, or a number of seconds."""
+Period = Annotated[float, Field(gt=0, le=1e6), _TEXT]
+"""A duration above 0."""

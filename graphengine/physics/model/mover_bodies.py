@@ -1,0 +1,121 @@
+"""Adds the bodies of movers to the world of a scene, and their routes, by which `movers` finds them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.mjcf.mjcf import is_safe, parse
+from graphengine.descriptions.mjcf.mjcf_trial import is_plain
+from graphengine.descriptions.routes import PREFIX, Route, route_from, route_of, routes_of
+from graphengine.descriptions.sdf.sdf_values import written
+from graphengine.descriptions.sdf.sdf_world import read_world
+from graphengine.devices.rotation import Vector3
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.scene_spec import MoverSpec, SceneSpec
+from graphengine.format.spec_reader import Loaded
+
+Part = tuple[str, dict[str, str], Vector3, Vector3]
+"""Kind of a part's shape, its sizes by SDF's tags, its centre (m) and its colour (red, green, blue; 0 to 1)."""
+
+_SKIN, _VEST, _STEEL, _PAINT = (0.85, 0.65, 0.52), (0.95, 0.45, 0.1), (0.25, 0.25, 0.28), (0.95, 0.7, 0.1)
+_PERSON: list[Part] = [
+    ("capsule", {"radius": "0.18", "length": "1.08"}, (0.0, 0.0, 0.72), _VEST),
+    ("ellipsoid", {"radii": "0.1 0.077 0.17"}, (0.0, 0.0, 1.586), _SKIN),
+]
+"""Kind, size, centre (m) and colour of the parts of a person, who looks along x. The measures are the means of men in ANSUR II
+(Gordon et al.: 2012 Anthropometric Survey of U.S. Army Personnel, NATICK/TR-15/007): stature 1.756 m, shoulder height 1.44 m,
+head 0.2 m long and 0.154 m wide. The capsule has the cross-section of an ellipse 0.51 m wide and 0.255 m deep."""
+_FORKLIFT: list[Part] = [
+    ("box", {"size": "1.6 1.15 0.8"}, (-0.5, 0.0, 0.5), _PAINT),
+    ("box", {"size": "1.0 1.05 0.05"}, (-0.5, 0.0, 2.1), _STEEL),
+    *(("box", {"size": "0.06 0.06 1.2"}, (x, y, 1.5), _STEEL) for x in (-0.95, -0.05) for y in (-0.45, 0.45)),
+    *(("box", {"size": "0.12 0.1 2.0"}, (0.4, y, 1.05), _STEEL) for y in (-0.3, 0.3)),
+    *(("box", {"size": "1.1 0.12 0.05"}, (1.0, y, 0.1), _STEEL) for y in (-0.25, 0.25)),
+]
+"""The parts of a counterbalanced forklift for 2.5 t, with typical measures: 1.15 m wide, 2.1 m high, forks of 1.1 m."""
+_SHAPES = {"person": _PERSON, "forklift": _FORKLIFT}
+
+
+def add_movers(spec: mujoco.MjSpec, scene: Loaded[SceneSpec], library: Library, findings: Findings) -> None:
+    """Add the movers of a scene, and those of the actors of its SDF world, to the world; errors are added to `findings`.
+
+    Args:
+        spec: the world; it has the routes of actors.
+        scene: scene file with the movers.
+        library: reads mesh files.
+        findings: receives errors.
+    """
+    document, routes = scene.document, {name: route_from(text) for name, text in routes_of(spec).items()}
+    models = [_model(name, route, _PERSON, document.key_span("world")) for name, route in routes.items()]
+    for name, mover in scene.spec.movers.items():
+        span = document.key_span("movers", name)
+        if name in routes or spec.body(name) is not None:
+            findings.add("S105", f"the world already has a body named {name!r}", span, "choose another name")
+            continue
+        place = document.span("movers", name, "shape")
+        if (parts := _parts(mover, scene, library, findings, place)) is not None:
+            routes[name] = route_of(mover)
+            models.append(_model(name, routes[name], parts, place))
+            spec.add_text(name=f"{PREFIX}{name}", data=routes[name].text())
+    taken = [name for name in routes if spec.body(name) is not None]
+    for name in taken:
+        findings.add("S105", f"an actor is named as the body {name!r} of the world", document.key_span("world"))
+    if models and not taken:
+        world = Element("world", {"name": "movers"}, document.key_span("movers"), models)
+        _attach(spec, Element("sdf", {"version": "1.9"}, world.span, [world]), document.path, library)
+
+
+def _parts(
+    mover: MoverSpec, scene: Loaded[SceneSpec], library: Library, findings: Findings, span: Span
+) -> Sequence[Part] | None:
+    """Return the parts of a mover; None if its mesh file is not found, which is added to `findings`."""
+    if mover.size is not None:
+        return [("box", {"size": written(*mover.size)}, (0.0, 0.0, mover.size[2] / 2.0), _PAINT)]
+    if mover.shape in _SHAPES:
+        return _SHAPES[mover.shape]
+    path = library.files.look_up(mover.shape, scene.folder, findings, span)
+    return [("mesh", {"uri": str(path)}, (0.0, 0.0, 0.0), _PAINT)] if path is not None else None
+
+
+def _model(name: str, route: Route, parts: Sequence[Part], span: Span) -> Element:
+    """Return the SDF model of a mover; it stands where its route begins."""
+    made = [_collision(number, part, span) for number, part in enumerate(parts)]
+    children = [_leaf("static", "true", span), _leaf("pose", f"{written(*route.points[0][1:])} 0 0 0", span)]
+    return Element("model", {"name": name}, span, [*children, Element("link", {"name": name}, span, made)])
+
+
+def _collision(number: int, part: Part, span: Span) -> Element:
+    kind, sizes, centre, colour = part
+    shape = Element(kind, {}, span, [_leaf(tag, text, span) for tag, text in sizes.items()])
+    material = Element("material", {}, span, [_leaf("diffuse", f"{written(*colour)} 1", span)])
+    parts = [_leaf("pose", f"{written(*centre)} 0 0 0", span), Element("geometry", {}, span, [shape]), material]
+    return Element("collision", {"name": f"part_{number}"}, span, parts)
+
+
+def _leaf(tag: str, text: str, span: Span) -> Element:
+    return Element(tag, {}, span, text=text)
+
+
+def _attach(spec: mujoco.MjSpec, sdf: Element, path: Path, library: Library) -> None:
+    """Convert an SDF world with the models of movers, and add its bodies to the world of a scene."""
+    before = library.memory
+    made = read_world(path, sdf, library, library.findings)
+    if made is None or not library.weigh(made):
+        return
+    library.memory += before
+    if not (is_plain(made, library.memory) or is_safe(made, library, "world")):
+        return
+    movers, _ = parse(made, library)
+    if movers is not None:
+        for texture in list(movers.textures):  # the sky
+            movers.delete(texture)
+        movers.assets.clear()
+        movers.option = spec.option
+        for body in movers.worldbody.bodies:
+            body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
+        spec.attach(movers, frame=spec.worldbody.add_frame(), prefix="")
+        spec.assets = library.assets
