@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from graphengine.api.bodies import Body as Body
     from graphengine.api.bodies import Pose as Pose
     from graphengine.api.bodies import Velocity as Velocity
+    from graphengine.api.expectations.bags import judge_bag as judge_bag
     from graphengine.api.expectations.expectations import always as always
     from graphengine.api.expectations.expectations import count as count
     from graphengine.api.expectations.expectations import holds as holds
@@ -67,6 +68,7 @@ _MODULES = {
     "api.robots": ("Robot", "Joint"),
     "api.sensors": ("RobotSensor",),
     "api.gym": ("gym",),
+    "api.expectations.bags": ("judge_bag",),
     "api.expectations.expectations": (
         "always",
         "count",

@@ -105,7 +105,8 @@ def make_parser(*whole: str, plugin: str | None = None) -> argparse.ArgumentPars
         if name in whole:
             module = importlib.import_module(f"graphengine.cli.{MODULES.get(name, name).replace('-', '_')}")
             module.add_arguments(sub)
-            sub.set_defaults(function=module.execute)
+            if hasattr(module, "execute"):  # otherwise each of its subverbs has a function
+                sub.set_defaults(function=module.execute)
     if plugin is not None:
         from graphengine.cli.plugin_verbs import add_plugin_verbs
 

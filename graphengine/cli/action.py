@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import FEEDBACK, Live, absolute, add_message_arguments, show
 from graphengine.cli.options import add_flag
-from graphengine.cli.subverbs import add_live_subverbs, execute, reach_of
+from graphengine.cli.subverbs import add_live_subverbs, reach_of
 from graphengine.ros.network_graph import NetworkGraph
 
 if TYPE_CHECKING:
     from graphengine.ros.action_caller import ActionCaller, GoalCall
-
-__all__ = ["add_arguments", "execute"]
 
 CANCEL_PATIENCE = 5.0
 """Maximum time to wait for the server's response to a cancel request, s."""

@@ -14,24 +14,11 @@ from pathlib import Path
 
 from graphengine.cli import terminal
 from graphengine.cli.finding_formats import coloured
-from graphengine.format.diagnostics import CODES, Finding
+from graphengine.format.diagnostics import CODES, GROUPS, Finding
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 
 FOLDER = Path(__file__).parent / "explanations"
-GROUPS = {
-    "G1": "Errors: reading a file",
-    "G2": "Errors: nodes and connections",
-    "G3": "Errors: prims, joints and ROS 2 names",
-    "G4": "Errors: import and export",
-    "S1": "Errors: scenes, worlds and robots",
-    "W1": "Warnings: graphs",
-    "W2": "Warnings: worlds and robots",
-    "W3": "Warnings: import",
-    "N1": "Notes: graphs, worlds and robots",
-    "N3": "Notes: import",
-}
-"""Title of each group of codes, by the first two characters of the codes."""
 WIDEST = 100
 """Maximum number of columns of the text on a wider terminal."""
 RELATED = re.compile(r"^- ([GSWN]\d{3})$", re.MULTILINE)

@@ -8,10 +8,8 @@ from collections.abc import Iterable
 
 from graphengine.cli.live import FEEDBACK, Live, absolute, is_hidden, show, types_by_name
 from graphengine.cli.options import add_flag
-from graphengine.cli.subverbs import add_live_subverbs, execute
+from graphengine.cli.subverbs import add_live_subverbs
 from graphengine.ros.network_graph import Direction, NetworkGraph
-
-__all__ = ["add_arguments", "execute"]
 
 Named = tuple[str, str]
 """Name and type of a topic, service or action."""

@@ -12,15 +12,13 @@ from graphengine.cli.common import clean
 from graphengine.cli.live import Live, absolute, is_hidden, show
 from graphengine.cli.options import add_flag
 from graphengine.cli.parameter_file import EVERY_NODE, KEY, nested, read
-from graphengine.cli.subverbs import add_live_subverbs, execute, reach_of
+from graphengine.cli.subverbs import add_live_subverbs, reach_of
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.ros.network_graph import NetworkGraph
 
 if TYPE_CHECKING:
     from graphengine.ros.parameter_client import ParameterClient
-
-__all__ = ["add_arguments", "execute"]
 
 _BATCH = 500
 """Maximum number of parameters in one request."""

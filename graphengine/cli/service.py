@@ -9,9 +9,7 @@ import time
 from graphengine.cli.live import Live, absolute, add_message_arguments, is_hidden, near_topic, show, types_by_name
 from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import positive
-from graphengine.cli.subverbs import add_live_subverbs, execute, reach_of
-
-__all__ = ["add_arguments", "execute"]
+from graphengine.cli.subverbs import add_live_subverbs, reach_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

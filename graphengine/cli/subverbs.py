@@ -24,10 +24,10 @@ def add_subverbs(
     """
     parser.epilog = epilog
     verbs = parser.add_subparsers(dest="subverb", metavar="VERB", required=True)
-    for name, (summary, add_arguments, execute_subverb) in subverbs.items():
+    for name, (summary, add_arguments, execute) in subverbs.items():
         sub = add_verb(verbs, name, summary)
         add_arguments(sub)
-        sub.set_defaults(execute_subverb=execute_subverb)
+        sub.set_defaults(function=execute)
     return dict(verbs.choices)
 
 
@@ -50,8 +50,3 @@ def reach_of(peers: str) -> str:
     """Return the sentence that says which peers a verb reaches with each transport, for its help."""
     dds = f"--transport dds reaches only {peers} on Cyclone DDS"
     return f"{dds}; --transport rclpy reaches {peers} on the RMW of the sourced ROS 2."
-
-
-def execute(arguments: argparse.Namespace) -> int:
-    """Execute the subverb that the user gave and return its exit code."""
-    return int(arguments.execute_subverb(arguments))

@@ -12,13 +12,11 @@ from graphengine.cli.live import POLL, Live, absolute, add_message_arguments, is
 from graphengine.cli.options import add_flag
 from graphengine.cli.qos_options import add_quality_arguments, quality, shouted
 from graphengine.cli.quantities import count, positive, seconds
-from graphengine.cli.subverbs import add_live_subverbs, execute
+from graphengine.cli.subverbs import add_live_subverbs
 from graphengine.cli.topic_subscription import delay, delay_arguments, echo, echo_arguments, hz, hz_arguments
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.messages.qos import mismatch
 from graphengine.ros.network_graph import Endpoint, NetworkGraph
-
-__all__ = ["add_arguments", "execute"]
 
 PATIENCE = 1.0
 """Time between two lines that are printed while the verb waits for subscribers, s."""

@@ -56,8 +56,8 @@ def route_of(mover: MoverSpec) -> Route:
     if mover.loop == "there_and_back":
         stops += stops[-2::-1]
     elif mover.loop:
-        stops.append(stops[0].model_copy(update={"pause": 0.0}))
-    if mover.loop == "there_and_back" and len(stops) > 1:
+        stops.append(stops[0])
+    if mover.loop:
         stops[-1] = stops[-1].model_copy(update={"pause": 0.0})
     time, points, before = 0.0, list[tuple[float, float, float, float]](), stops[0].at
     for stop in stops:
@@ -73,13 +73,11 @@ def route_of(mover: MoverSpec) -> Route:
 def routes_of(model: mujoco.MjModel | mujoco.MjSpec) -> dict[str, str]:
     """Return the texts of all routes in a model, by the names of the movers."""
     if isinstance(model, mujoco.MjSpec):
-        texts = {text.name: text.data for text in model.texts}
+        texts = [(text.name, text.data) for text in model.texts]
     else:
-        whole, starts, sizes = bytes(model.text_data), model.text_adr.tolist(), model.text_size.tolist()
-        names = (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, index) for index in range(model.ntext))
-        ends = [start + size - 1 for start, size in zip(starts, sizes, strict=True)]  # each ends with a zero
-        texts = {name: whole[start:end].decode() for name, start, end in zip(names, starts, ends, strict=True)}
-    return {name.removeprefix(PREFIX): text for name, text in texts.items() if name.startswith(PREFIX)}
+        names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TEXT, index) for index in range(model.ntext)]
+        texts = list(zip(names, bytes(model.text_data).decode().split("\0"), strict=False))  # each ends with a zero
+    return {name.removeprefix(PREFIX): text for name, text in texts if name.startswith(PREFIX)}
 
 
 def route_from(text: str) -> Route:

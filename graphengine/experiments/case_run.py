@@ -23,7 +23,7 @@ from graphengine.experiments.scenario import Case, Scenario
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.steps import Ticks, perform_all
 from graphengine.format.diagnostics import CheckError
-from graphengine.format.errors import GraphError
+from graphengine.format.errors import GraphError, UsageError
 
 Result = Literal["passed", "failed", "error", "skipped"]
 LOOK = 0.1
@@ -147,7 +147,11 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     if transport != "memory":
         domain = result.domain = closing.enter_context(free_domain())
         environ["ROS_DOMAIN_ID"] = str(domain)
-    scene = options.load(scenario, case.settings, allow_scripts=options.scripts)
+    try:
+        scene = options.load(scenario, case.settings, allow_scripts=options.scripts)
+    except UsageError as error:
+        result.reason = _of_loading(scenario, str(error))
+        return
     lockstep = spec.lockstep
     session = closing.enter_context(
         scene.session(
@@ -182,6 +186,13 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     result.outcome = "error" if result.reason or "error" in outcomes else "failed" if "failed" in outcomes else "passed"
     if result.outcome != "passed":
         options.at_end(session, play.checks)
+
+
+def _of_loading(scenario: Scenario, error: str) -> str:
+    """Return an error of loading the scene, with the place of the value or of the scene that it is about."""
+    given = [(section, key) for section in ("matrix", "set") for key in getattr(scenario.spec, section)]
+    about = next((where for where in given if error.startswith(f"--set {where[1]}")), ("scene",))
+    return f"{scenario.place(*about)}: {error.removeprefix('--set ')}"
 
 
 class _Play:
@@ -234,17 +245,16 @@ class _Play:
 
     def results(self) -> list[CheckResult]:
         """Return the results of all expectations."""
-        return [
-            CheckResult(
-                check.expectation.text,
-                self._scenario.place("expect", index),
-                check.outcome,
-                check.verdict.robustness,
-                check.verdict.decided,
-                check.report(),
-            )
-            for index, check in enumerate(self.checks)
-        ]
+        return [check_result(self._scenario, index, check) for index, check in enumerate(self.checks)]
+
+
+def check_result(scenario: Scenario, index: int, check: ExpectationCheck) -> CheckResult:
+    """Return the result of the expectation at an index of `expect`."""
+    verdict = check.verdict
+    place = scenario.place("expect", index)
+    return CheckResult(
+        check.expectation.text, place, check.outcome, verdict.robustness, verdict.decided, check.report()
+    )
 
 
 def _is_there(name: str) -> bool:

@@ -93,12 +93,14 @@ class ExpectationSpec(FileSpec):
         if len(operators) != 1:
             found = " and ".join(map(repr, operators)) or "none"
             raise ValueError(f"expected one operator, got {found}; {listing(_PARTS, 'operators')}")
+        if value[operators[0]] is None:
+            raise ValueError(f"{operators[0]!r} needs a value")
         needed = _PARTS[operators[0]]
         excess = [key for key in value if key in _KEYS and key not in (operators[0], *needed)]
         if excess:
             raise ValueError(f"{excess[0]!r} does not belong to {operators[0]!r}")
         for key in needed:
-            if key not in value and key not in _OPTIONAL:
+            if value.get(key) is None and key not in _OPTIONAL:
                 raise ValueError(f"{operators[0]!r} needs the key {key!r}")
         return value
 

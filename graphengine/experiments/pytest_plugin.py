@@ -7,7 +7,7 @@ pytest finds a scenario or a test uses the fixture.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--record-failures", metavar="DIR", type=Path, help="folder for recordings and reports of failed runs"
     )
+    bag = "judge scenarios over the topics of this recording (.mcap, .db3 or a folder); nothing is simulated"
+    group.addoption("--bag", metavar="FILE", type=Path, help=bag)
     group.addoption("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
     group.addoption(
         "--allow-scenario-scripts", action="store_true", help="let graphs run the Python code of their ScriptNodes"
@@ -58,6 +60,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = kept
 
 
+def pytest_report_header(config: pytest.Config) -> list[str]:
+    """Return the line about the bag; without a bag, nothing."""
+    if config.option.bag is None:
+        return []
+    from graphengine.experiments.bag_case import IGNORED
+
+    return [f"bag: {config.option.bag}; nothing is simulated; ignored in scenarios: {', '.join(IGNORED)}"]
+
+
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Collect scenario files."""
     return ScenarioFile.from_parent(parent, path=file_path) if file_path.name.endswith(SUFFIX) else None
@@ -75,8 +86,16 @@ class ScenarioFile(pytest.File):
         scenario = read_scenario(self.path, findings)
         if scenario is None:
             raise self.CollectError("\n".join(finding.render() for finding in findings.sorted()))
-        for case in scenario.cases():
+        for case in _cases(scenario, self.config.option.bag):
             yield ScenarioItem.from_parent(self, name=case.name, scenario=scenario, case=case)
+
+
+def _cases(scenario: Scenario, bag: Path | None) -> Iterable[Case]:
+    if bag is None:
+        return scenario.cases()
+    from graphengine.experiments.bag_case import bag_case
+
+    return [bag_case(scenario, bag)]
 
 
 class ScenarioItem(pytest.Item):
@@ -90,24 +109,34 @@ class ScenarioItem(pytest.Item):
 
     def setup(self) -> None:
         """Make the runs of the case."""
-        from graphengine.experiments.artefacts import run_and_keep
-
         super().setup()
-        spec = self._scenario.spec
         results = []
-        for run in range(spec.runs):
-            results.append(run_and_keep(self._scenario, self._case, self._options(), self._folder(), run=run))
-            if results[-1].outcome == "skipped":
-                pytest.skip(results[-1].reason)
+        for result in self._results():
+            results.append(result)
+            if result.outcome == "skipped":
+                pytest.skip(result.reason)
         self._note(results)
         errors = [result for result in results if result.outcome == "error"]
         if errors:
             pytest.fail(errors[0].report(), pytrace=False)
+        spec = self._scenario.spec
         passed = sum(result.outcome == "passed" for result in results)
-        if passed < (spec.runs if spec.pass_ is None else spec.pass_):
+        if passed < min(len(results), spec.pass_ or spec.runs):
             failed = next(result for result in results if result.outcome == "failed")
-            parts = [_share(passed, spec.runs), self._again(failed.seed - self._case.seed), failed.report()]
+            parts = [_share(passed, len(results)), self._again(failed.seed - self._case.seed), failed.report()]
             self._failure = "\n".join(filter(None, parts))
+
+    def _results(self) -> Iterator[CaseResult]:
+        """Make the runs of the case, or judge the bag, and yield the results."""
+        if self.config.option.bag is not None:
+            from graphengine.experiments.bag_case import judge_on_bag
+
+            yield judge_on_bag(self._scenario, self.config.option.bag)
+            return
+        from graphengine.experiments.artefacts import run_and_keep
+
+        for run in range(self._scenario.spec.runs):
+            yield run_and_keep(self._scenario, self._case, self._options(), self._folder(), run=run)
 
     def runtest(self) -> None:
         """Fail if too few runs passed."""

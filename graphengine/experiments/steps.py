@@ -128,8 +128,11 @@ class _Step(FileSpec):
     @classmethod
     def _has_one_key(cls, value: Any) -> Any:
         value = _with_seconds(value)
-        if isinstance(value, dict) and len(known := [key for key in value if key in keys_of(cls)]) > 1:
+        known = [key for key in value if key in keys_of(cls)] if isinstance(value, dict) else []
+        if len(known) > 1:
             raise ValueError(f"a step has one key, got {' and '.join(map(repr, known))}; write them as separate steps")
+        if known and value[known[0]] is None:
+            raise ValueError(f"{known[0]!r} needs a value")
         if value == {}:
             raise ValueError(f"expected a step; {listing(keys_of(cls), 'steps')}")
         return value

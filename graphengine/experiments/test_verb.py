@@ -32,6 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-k", metavar="EXPRESSION", dest="keyword", help="run only tests whose names match, as for pytest"
     )
     parser.add_argument("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
+    bag = "judge the expectations over the topics of this recording, of a robot or a simulator; nothing is simulated"
+    parser.add_argument("--bag", metavar="FILE", type=Path, help=bag)
     kept = "keep a recording, an HTML page, a picture and a report of each run that does not pass in this folder"
     parser.add_argument("--record-failures", metavar="DIR", type=Path, help=kept)
     parser.add_argument("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
@@ -111,6 +113,7 @@ def _run_pytest(arguments: argparse.Namespace) -> int:
         ("-n", arguments.processes),
         ("-k", arguments.keyword),
         ("--junitxml", arguments.junit),
+        ("--bag", arguments.bag),
         ("--record-failures", arguments.record_failures),
         ("--shard", arguments.shard),
         ("--rerun", arguments.rerun),

@@ -17,8 +17,10 @@ from graphengine.format.wording import did_you_mean, printable
 
 Severity = Literal["error", "warning", "note"]
 
-_TITLES = Path(__file__).with_name("codes.txt")
-CODES = dict(line.split(" ", 1) for line in _TITLES.read_text("utf-8").splitlines())
+_TITLES = dict(line.split(" ", 1) for line in Path(__file__).with_name("codes.txt").read_text("utf-8").splitlines())
+GROUPS = {code: title for code, title in _TITLES.items() if len(code) == 2}
+"""Title of each group of codes, by the first two characters of the codes."""
+CODES = {code: title for code, title in _TITLES.items() if code not in GROUPS}
 """Title of each finding code; the first letter is G for errors in graphs, S for errors in scenes, W for warnings, N for notes."""
 
 

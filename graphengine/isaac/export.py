@@ -7,14 +7,16 @@ Isaac Sim becomes a comment at its place in the script.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from graphengine.compiler.every_gates import EveryHz, EveryOnce, EveryTicks
 from graphengine.compiler.graph import Graph, Instance, Wire
 from graphengine.compiler.port_texts import listed
 from graphengine.format.diagnostics import Findings
+from graphengine.format.templates import filled
 from graphengine.isaac.graph_file import SCRIPT_NODE, unique
 from graphengine.node import PortType, UnionType, types
 from graphengine.node.port import ExecOut, Port
@@ -43,7 +45,7 @@ def write_script(graph: Graph, findings: Findings, *, strict: bool = False) -> s
     """
     before = len(findings.errors)
     exporter = _Exporter(graph, findings, "G402" if strict else "W303")
-    return "" if len(findings.errors) > before else "\n".join([*exporter.lines(), ""])
+    return "" if len(findings.errors) > before else exporter.script()
 
 
 class _Exporter:
@@ -126,41 +128,35 @@ class _Exporter:
                 elif not source.cls.fields[before.target_field].control:
                     yield replace(wire, source=before.source, source_field=before.source_field)
 
-    def lines(self) -> Iterator[str]:
-        """Yield the lines of the script."""
+    def script(self) -> str:
+        """Return the text of the script."""
         graph, spec = self.graph, self.graph.flat.spec
         kept = {instance.id for instance in graph.instances if (instance.index, "") not in self.lost}
         layout = {self.names[name]: place for name, place in spec.layout.items() if name in kept}
-        if spec.doc:
-            yield from ('"""' + _docstring(spec.doc) + '"""', "")
-        yield "import omni.graph.core as og"
-        if layout:
-            yield "import omni.usd"
-        if self._targets():
-            yield "import usdrt.Sdf"
-        if layout:
-            yield "from pxr import Gf, Sdf"
-        yield from ("", f"GRAPH_PATH = {text(graph.prim_path)}", "", "keys = og.Controller.Keys", "og.Controller.edit(")
-        yield from ("    {", '        "graph_path": GRAPH_PATH,', f'        "evaluator_name": {text(spec.evaluator)},')
-        if graph.runs == "physics_step":
-            yield '        "pipeline_stage": og.GraphPipelineStage.GRAPH_PIPELINE_STAGE_ONDEMAND,'
-        yield from ("    },", "    {")
-        yield from _block("CREATE_VARIABLES", list(self._variables()))
-        yield from _block("CREATE_NODES", list(self._nodes()))
-        yield from _block("CREATE_ATTRIBUTES", list(self._attributes()))
-        if messages := list(self._values(of_messages=True)):
-            yield from _block("SET_VALUES", messages)
-            yield from ("    },", ")", "", "# from here on, the nodes have ports for the fields of their messages")
-            yield from ("og.Controller.edit(", "    GRAPH_PATH,", "    {")
-        yield from _block("CONNECT", list(self._wires()))
-        yield from _block("SET_VALUES", list(self._values(of_messages=False)))
-        yield from ("    },", ")")
-        if layout:
-            yield from ("", "stage = omni.usd.get_context().get_stage()")
-        for name, (x, y) in layout.items():
-            yield f'node = stage.GetPrimAtPath(f"{{GRAPH_PATH}}/{name}")'
-            attribute = 'node.CreateAttribute("ui:nodegraph:node:pos", Sdf.ValueTypeNames.Float2)'
-            yield f"{attribute}.Set(Gf.Vec2f({number(x)}, {number(y)}))"
+        messages = list(self._values(of_messages=True))
+        created = _block("CREATE_VARIABLES", self._variables()) + _block("CREATE_NODES", self._nodes())
+        created += _block("CREATE_ATTRIBUTES", self._attributes()) + _block("SET_VALUES", messages)
+        attribute = 'node.CreateAttribute("ui:nodegraph:node:pos", Sdf.ValueTypeNames.Float2)'
+        places = (
+            f'node = stage.GetPrimAtPath(f"{{GRAPH_PATH}}/{name}")\n{attribute}.Set(Gf.Vec2f({number(x)}, {number(y)}))'
+            for name, (x, y) in layout.items()
+        )
+        return filled(
+            Path(__file__).with_suffix(".txt"),
+            {
+                "doc": bool(spec.doc),
+                "placed": bool(layout),
+                "targets": self._targets(),
+                "steps": graph.runs == "physics_step",
+                "messages": bool(messages),
+            },
+            doc=_docstring(spec.doc),
+            path=text(graph.prim_path),
+            evaluator=text(spec.evaluator),
+            created=f"\n{created}".removesuffix("\n"),
+            wired=_block("CONNECT", self._wires()) + _block("SET_VALUES", self._values(of_messages=False)),
+            places="\n".join(places),
+        )
 
     def _variables(self) -> Iterator[str]:
         for name, value in self.graph.variables.items():
@@ -267,11 +263,10 @@ def _holes(instance: Instance) -> Iterator[str]:
             yield from (f"{stem}{number}" for number in range(max(numbers)) if number not in numbers)
 
 
-def _block(key: str, items: Sequence[str]) -> Iterator[str]:
-    if items:
-        yield f"        keys.{key}: ["
-        yield from (f"            {item}" for item in items)
-        yield "        ],"
+def _block(key: str, items: Iterable[str]) -> str:
+    """Return the lines of an entry of an edit, each with its line end; empty without items."""
+    lines = "".join(f"            {item}\n" for item in items)
+    return f"        keys.{key}: [\n{lines}        ],\n" if lines else ""
 
 
 def literal(value: Any, port_type: PortType) -> str:

@@ -18,7 +18,7 @@ from graphengine.format.errors import ContextError
 from graphengine.format.wording import listing, quoted
 from graphengine.format.yaml_text import block, comment, flow, scalar
 from graphengine.isaac.narrowing import narrow
-from graphengine.isaac.node_replacements import modernize, replacement
+from graphengine.isaac.node_replacements import GONE, modernize, replacement
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedNode, RecordedValue, RecordedWire
 from graphengine.node import PortType, types
 from graphengine.node.node_class import Node, grown
@@ -26,13 +26,6 @@ from graphengine.node.port import Port
 
 WIDTH = 120
 SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"
-GONE = {
-    "isaacsim.core.nodes.IsaacReadSimulationTime.swhFrameNumber": "use referenceTimeNumerator and referenceTimeDenominator",
-    "isaacsim.core.nodes.IsaacArticulationController.usePath": "it is not needed: robotPath is used if targetPrim is not given",
-    "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct instead",
-    "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no effect",
-}
-"""Ports that only older versions of Isaac Sim have, as `TYPE.port`, each with advice for the user."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")

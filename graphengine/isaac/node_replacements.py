@@ -14,6 +14,8 @@ REPLACEMENTS: dict[str, str] = _TABLES["replacements"]
 """Advice for node types of Isaac Sim that graphengine does not have, by the last part of the type name."""
 FAMILIES: dict[str, str] = _TABLES["families"]
 """Advice for unavailable node types that are not in `REPLACEMENTS`, by prefix of the type name."""
+GONE: dict[str, str] = _TABLES["gone_ports"]
+"""Ports that only older versions of Isaac Sim have, as `TYPE.port`, each with advice for the user."""
 _CAMERA_HELPER = "isaacsim.ros2.bridge.ROS2CameraHelper"
 _INFO_HELPER = "isaacsim.ros2.bridge.ROS2CameraInfoHelper"
 _VERSIONS: dict[str, int] = _TABLES["versions"]

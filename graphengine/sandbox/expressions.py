@@ -137,6 +137,12 @@ class Guard:
         """Return the result of a function call; `place` is the first line, last line and column of the call."""
         if "key" in named:  # functions such as `sorted` would call it in loops that are not counted
             raise ForbiddenError("the argument `key` is not allowed in an expression")
+        if function is round and any(
+            isinstance(part, int) and -part > MAX_BITS for part in (*arguments[1:], *named.values())
+        ):
+            raise ForbiddenError(
+                f"rounding to more than {MAX_BITS} digits before the point is not allowed in an expression"
+            )
         self.spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
@@ -175,9 +181,16 @@ class Guard:
         return value
 
     def weigh(self, *values: Any) -> None:
-        """Count the steps of values and of all nested elements; an element that occurs repeatedly is counted each time."""
+        """Count the steps of values and of all nested elements; an element that occurs repeatedly is counted each time.
+
+        Arrays of several dimensions are refused: an operation of two of them can have a result that is larger than both.
+        """
         pending = [*values]
         for part in pending:
+            if getattr(part, "ndim", 0) > 1:
+                raise ForbiddenError(
+                    "an array of several dimensions is not allowed in an expression; write an index for each"
+                )
             self.spend(cost(part))
             if isinstance(part, _COLLECTIONS) and not isinstance(part, str | bytes):
                 pending.extend(part)

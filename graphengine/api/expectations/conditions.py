@@ -17,15 +17,15 @@ from typing import Any, Literal
 import numpy as np
 
 from graphengine.api.expectations.operators import Sample
-from graphengine.format.errors import UsageError
-from graphengine.format.wording import shown
+from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.wording import printable, shown
 from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
 
 Kind = Literal["number", "vector", "record", "other"]
 """`number` is a bool, int or float, `vector` a tuple or array of numbers, `record` an object with fields of these kinds."""
 
 MAX_EXPONENT = 16
-"""Largest exponent in plain Python; greater ones are left to the guard, which limits the size of the power."""
+"""Largest exponent in plain Python, whose powers are floats; the guard computes others, and limits their size."""
 _NUMERIC = (
     "abs",
     "atan2",
@@ -102,10 +102,10 @@ class Expression:
             compiled(text, known=(*readings, *FUNCTIONS))
             tree = binder.visit(ast.parse(text.strip(), mode="eval").body)
         except SyntaxError as error:
-            place = f"\n  {text.strip()}\n  {' ' * ((error.offset or len(text.strip()) + 1) - 1)}^"
+            place = f"\n  {printable(text.strip())}\n  {' ' * ((error.offset or len(text.strip()) + 1) - 1)}^"
             raise UsageError(f"not an expression: {error.msg}{place}") from None
         except (ForbiddenError, ValueError) as error:
-            raise UsageError(f"{text}: {error}") from None
+            raise UsageError(f"{printable(text)}: {error}") from None
         self._bound = binder.bound
         self._names = binder.names
         self._evaluate = self._compiled(tree)
@@ -126,8 +126,10 @@ class Expression:
             return self._evaluate()
         except NoValueError:
             return None
-        except (ArithmeticError, AttributeError, ForbiddenError, LookupError, TypeError, ValueError) as error:
-            raise UsageError(f"{self.text}: {error}") from None
+        except GraphError:
+            raise
+        except Exception as error:  # of functions and operators that get other values than they expect
+            raise UsageError(f"{printable(self.text)}: {error}") from None
 
     def values(self) -> dict[str, Any]:
         """Return the present value of each reading, by its text in the expression; those without a value are left out."""
@@ -317,10 +319,16 @@ class _Binder(ast.NodeTransformer):
 
 
 class _Caller(ast.NodeTransformer):
-    """Replaces the name of each reading by a call of its function."""
+    """Replaces the name of each reading by a call of its function, and the base of each power by a float, which stays small."""
 
     def __init__(self, bound: Mapping[str, Reading]) -> None:
         self._bound = bound
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
         return ast.Call(node, [], []) if node.id in self._bound else node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        if isinstance(node.op, ast.Pow):
+            node.left = ast.BinOp(node.left, ast.Mult(), ast.Constant(1.0))
+        return node

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Condition
+from graphengine.api.expectations.conditions import Condition, Readings
 from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
-from graphengine.api.expectations.readings import readings_of
+from graphengine.api.expectations.readings import Source, readings_of
 from graphengine.api.expecting import Check, Outcome
 from graphengine.api.session import Session
 from graphengine.format.errors import GraphError, UsageError
@@ -54,7 +54,7 @@ class Expectation:
         Raises:
             UsageError: a condition is not legal, or the session lacks what it names.
         """
-        return ExpectationCheck(self, session)
+        return ExpectationCheck(self, session, readings_of(session))
 
 
 def always(condition: str) -> Expectation:
@@ -140,7 +140,7 @@ def _duration(seconds: float) -> float:
 
 
 class ExpectationCheck(Check):
-    """The judgement of one expectation in one session.
+    """The judgement of one expectation in one session or bag.
 
     A reset of the time begins the judgement anew. Checkpoints contain its state.
 
@@ -150,19 +150,18 @@ class ExpectationCheck(Check):
 
     kept = ("_operator", "_frame", "_error", "_values")
 
-    def __init__(self, expectation: Expectation, session: Session) -> None:
+    def __init__(self, expectation: Expectation, source: Source, readings: Readings) -> None:
         self.expectation = expectation
-        self._session = session
-        readings = readings_of(session)
+        self._source = source
         self._conditions = [Condition(text, readings) for text in expectation.conditions]
-        self._frame = session.tick
+        self._frame = source.tick
         self.trace: list[tuple[float, float]] | None = None
         """Time, s, and margin of each sample; None unless the caller sets a list before the run."""
         self._begin()
 
     def _begin(self) -> None:
         self._operator = self.expectation.make()
-        self._operator.begin = self._session.time
+        self._operator.begin = self._source.time
         self._error = ""
         self._values: dict[str, str] = {}
         """Values of the readings in the tick that decided the outcome, as text."""
@@ -193,9 +192,9 @@ class ExpectationCheck(Check):
             return
         given = [sample.inverted() if self.expectation.inverted else sample for sample in samples if sample]
         was_open = self._operator.verdict.outcome == "open"
-        self._operator.add(self._session.time, *given)
+        self._operator.add(self._source.time, *given)
         if self.trace is not None:
-            self.trace.append((self._session.time, min(sample.margin for sample in given)))
+            self.trace.append((self._source.time, min(sample.margin for sample in given)))
         if was_open and self._operator.verdict.outcome != "open":
             self._note_values()
 
@@ -209,7 +208,7 @@ class ExpectationCheck(Check):
             self._note_values()
 
     def _note_values(self) -> None:
-        self._session.mark(f"{self.outcome}: {self.expectation.text}")
+        self._source.mark(f"{self.outcome}: {self.expectation.text}")
         self._values = {
             text: _shown(value)[:_READ] for condition in self._conditions for text, value in condition.values().items()
         }

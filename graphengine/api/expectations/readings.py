@@ -1,4 +1,4 @@
-"""The readings of a session by which conditions refer to its ports, topics, robots and time."""
+"""The readings by which conditions refer to the ports, topics, robots and time of a session, or to the topics of a bag."""
 
 from __future__ import annotations
 
@@ -6,20 +6,51 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings
 from graphengine.api.expectations.operators import TIME_ERROR
 from graphengine.api.session import Session
-from graphengine.api.topics import Subscription
 from graphengine.format.errors import UsageError
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
 _POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
 _VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
+WORLD = ("port", "pose", "velocity", "tilt", "distance", "contact")
+"""Names of the functions whose values only a session has."""
+
+
+class Arrivals(Protocol):
+    """The messages that have arrived on a topic."""
+
+    @property
+    def latest(self) -> Any:
+        """The newest message; None before the first message."""
+
+    @property
+    def received(self) -> int:
+        """Number of messages that have arrived."""
+
+
+class Source(Protocol):
+    """What expectations judge: a session or a bag."""
+
+    @property
+    def time(self) -> float:
+        """Time since the beginning, s."""
+
+    @property
+    def tick(self) -> int:
+        """Number of the present tick, or of the present messages of a bag."""
+
+    def subscribe(self, topic: str, *, keep: int) -> Arrivals:
+        """Return the messages of a topic from now on, of which the newest `keep` are kept."""
+
+    def mark(self, text: str) -> None:
+        """Put a mark into the recording of the session."""
 
 
 def readings_of(session: Session) -> Readings:
@@ -47,10 +78,6 @@ def readings_of(session: Session) -> Readings:
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
         return Reading(lambda: session.value(address), kind)
 
-    def message(topic: str) -> Reading:
-        subscription = session.subscribe(topic, keep=1)
-        return Reading(lambda: _newest(subscription), "other")
-
     def pose(body: str) -> Reading:
         found = session.body(body)
         return Reading(lambda: found.pose, "record", _POSE)
@@ -74,16 +101,33 @@ def readings_of(session: Session) -> Readings:
         return Reading(lambda: any(_matches(name, other) and not _matches(name, but) for name in found.touched))
 
     return {
-        "time": lambda: Reading(lambda: session.time),
+        **topic_readings(session),
         "port": port,
-        "message": message,
-        "age": lambda topic: Reading(_Age(session, topic)),
-        "rate": lambda topic, over=1.0: Reading(_Rate(session, topic, over)),
         "pose": pose,
         "velocity": velocity,
         "tilt": tilt,
         "distance": distance,
         "contact": contact,
+    }
+
+
+def topic_readings(source: Source, epoch: int = 0) -> Readings:
+    """Return the functions that `readings_of` describes and that need only topics: `time`, `message`, `age` and `rate`.
+
+    Args:
+        source: a session or a bag.
+        epoch: ROS time at the time 0 of the source, ns.
+    """
+
+    def message(topic: str) -> Reading:
+        arrivals = source.subscribe(topic, keep=1)
+        return Reading(lambda: _newest(arrivals), "other")
+
+    return {
+        "time": lambda: Reading(lambda: source.time),
+        "message": message,
+        "age": lambda topic: Reading(_Age(source, topic, epoch)),
+        "rate": lambda topic, over=1.0: Reading(_Rate(source, topic, over)),
     }
 
 
@@ -93,8 +137,8 @@ def _is_vector(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(part, bool | int | float) for part in value)
 
 
-def _newest(subscription: Subscription[Any]) -> Any:
-    message = subscription.latest
+def _newest(arrivals: Arrivals) -> Any:
+    message = arrivals.latest
     if message is None:
         raise NoValueError
     return message
@@ -127,15 +171,15 @@ def _matches(name: str, pattern: str) -> bool:
 class _Arrivals(ABC):
     """A number that the arrivals on a topic give once in a tick, however often it is read."""
 
-    def __init__(self, session: Session, topic: str) -> None:
-        self._session = session
-        self._subscription = session.subscribe(topic, keep=1)
+    def __init__(self, source: Source, topic: str) -> None:
+        self._source = source
+        self._arrivals = source.subscribe(topic, keep=1)
         self._tick = -1
         self._value: float | None = None
 
     def __call__(self) -> float:
-        if self._session.tick != self._tick:
-            self._tick, self._value = self._session.tick, self._read()
+        if self._source.tick != self._tick:
+            self._tick, self._value = self._source.tick, self._read()
         if self._value is None:
             raise NoValueError
         return self._value
@@ -148,29 +192,35 @@ class _Arrivals(ABC):
 class _Age(_Arrivals):
     """The age of the newest message on arrival, s."""
 
-    _seen = 0
+    def __init__(self, source: Source, topic: str, epoch: int) -> None:
+        super().__init__(source, topic)
+        self._topic, self._seen, self._epoch = topic, 0, divmod(epoch, 10**9)
 
     def _read(self) -> float | None:
-        received, message = self._subscription.received, self._subscription.latest
+        received, message = self._arrivals.received, self._arrivals.latest
         if received == self._seen or message is None:
             return None
+        if not hasattr(message, "header"):
+            raise UsageError(f"age: the messages of {self._topic} have no header with a stamp")
         self._seen, stamp = received, message.header.stamp
-        return float(self._session.time - stamp.sec - 1e-9 * stamp.nanosec)
+        seconds, nanoseconds = self._epoch
+        return float(self._source.time + (seconds - stamp.sec) + 1e-9 * (nanoseconds - stamp.nanosec))
 
 
 class _Rate(_Arrivals):
     """The mean rate of messages in successive intervals of equal duration, Hz."""
 
-    def __init__(self, session: Session, topic: str, over: float) -> None:
+    def __init__(self, source: Source, topic: str, over: float) -> None:
         if not 0.0 < over < math.inf:
             raise UsageError(f"rate: expected an interval of more than 0 s, got {over!r}")
-        super().__init__(session, topic)
-        self._over, self._begin, self._before = over, session.time, 0
+        super().__init__(source, topic)
+        self._over, self._begin, self._before = over, source.time, 0
 
     def _read(self) -> float | None:
-        elapsed = self._session.time - self._begin
+        elapsed, received = self._source.time - self._begin, self._arrivals.received
         if 0.0 <= elapsed < self._over - TIME_ERROR:
+            if elapsed == 0.0:  # an interval is open at its beginning and closed at its end
+                self._before = received
             return None
-        received = self._subscription.received
-        number, self._before, self._begin = received - self._before, received, self._session.time
+        number, self._before, self._begin = received - self._before, received, self._source.time
         return number / elapsed if elapsed > 0.0 else None  # else, the time was reset

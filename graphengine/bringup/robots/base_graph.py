@@ -9,7 +9,7 @@ from typing import Any
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.skid_steering import NAME, guess_limits
 from graphengine.descriptions.robot_files.draft import Claim, Draft, RobotWheel, graph_defaults, rounded
-from graphengine.descriptions.robot_files.entries import Entry, material
+from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 
@@ -145,7 +145,7 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
             name, comment = NAME, f"they slide sideways in a turn; friction {skid.reason}"
         elif drivetrain.base.kinematics == "differential":
             name, comment = "casters", "they slide sideways, as casters do"
-        directed = {
+        directed: MaterialKeys = {
             "across": across,
             "direction": [rounded(part, 6) for part in direction],
             "expressed_in": draft.description.root,

@@ -2,17 +2,85 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 
-from graphengine.bringup.robots.base import Base, given
-from graphengine.bringup.robots.base_names import CONTROLLERS, MILLISECONDS, PLUGINS, REAR_STEERED
+from graphengine.bringup.robots.base import Base, Kinematics, given
 from graphengine.bringup.robots.controllers_file import Controller
 from graphengine.bringup.robots.gazebo_topics import legal
 from graphengine.descriptions.files.xml import Element, number
 from graphengine.descriptions.robot_files.draft import Draft, no_joint
 from graphengine.format.wording import printable
+
+
+@dataclass(frozen=True, slots=True)
+class _Names:
+    """The names under which one kind of controller or plugin gives the properties of a base.
+
+    A text lists alternatives, separated by spaces; the first one with a value counts.
+
+    Attributes:
+        kinematics: kinematics of the base.
+        driven: groups of names for the joints of driven wheels; all joints of the first group with any joint count.
+        steering: groups of names for the joints that take steering commands.
+        radius: names for the radius of the wheels.
+        diameter: names for the diameter of the wheels, for sources without a radius.
+        factor: names for a factor of the radius.
+        track: names for the distance between left and right wheels.
+        multiplier: names for a factor of the track.
+        wheelbase: names for the distance between front and rear axle.
+        parameters: names for each parameter of the base's graph.
+    """
+
+    kinematics: Kinematics
+    driven: tuple[str, ...]
+    steering: tuple[str, ...] = ()
+    radius: str = "wheel_radius"
+    diameter: str = ""
+    factor: str = ""
+    track: str = ""
+    multiplier: str = ""
+    wheelbase: str = ""
+    parameters: Mapping[str, str] = field(default_factory=dict)
+
+    def read(self, joints: Callable[..., tuple[str, ...]], positive: Callable[..., float | None]) -> Base:
+        """Return the base.
+
+        Args:
+            joints: returns all joints under the given names.
+            positive: returns the first positive number under the given names; None if there is none.
+        """
+        radius, diameter = positive(*self.radius.split()), positive(*self.diameter.split())
+        radius = diameter / 2.0 if radius is None and diameter is not None else radius
+        factor = positive(*self.factor.split()) or 1.0
+        return Base(
+            self.kinematics,
+            next(filter(None, (joints(*names.split()) for names in self.driven)), ()),
+            next(filter(None, (joints(*names.split()) for names in self.steering)), ()),
+            radius=radius * factor if radius is not None else None,
+            track=positive(*self.track.split()),
+            wheelbase=positive(*self.wheelbase.split()),
+            multiplier=positive(*self.multiplier.split()) or 1.0,
+            parameters=given(**{name: positive(*names.split()) for name, names in self.parameters.items()}),
+        )
+
+
+_TABLES = json.loads(Path(__file__).with_name("base_names.json").read_text("utf-8"))
+_CONTROLLERS = {kind: _Names(**names) for kind, names in _TABLES["controllers"].items()}
+"""Names of parameters by the last part of a controller's type."""
+_PLUGINS = {pattern: _Names(**names) for pattern, names in _TABLES["plugins"].items()}
+"""Names of tags, by a pattern of a plugin's file name or name in lower case.
+
+The accelerations `max_wheel_acceleration` and `wheelAcceleration` of Gazebo classic are those of the rim of a wheel, in m/s2.
+"""
+_REAR_STEERED = {"rear_wheels_names": "front_wheels_names", "front_wheels_names": "rear_wheels_names"}
+"""Names that a controller exchanges if its parameter `front_steering` is false."""
+_MILLISECONDS = "TricycleController"
+"""The controller that has its timeout in ms, not in s."""
 
 
 def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base | None:
@@ -21,8 +89,8 @@ def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base
     Bases that cannot be used, and bases after the first one, are added to `draft.lost`.
     """
     chosen: Base | None = None
-    for controller in (each for each in controllers if each.kind in CONTROLLERS):
-        read = CONTROLLERS[controller.kind].read(partial(_joints, controller), partial(_positive, controller))
+    for controller in (each for each in controllers if each.kind in _CONTROLLERS):
+        read = _CONTROLLERS[controller.kind].read(partial(_joints, controller), partial(_positive, controller))
         base = read.of_source(controller.title, controller.span, _general(controller))
         if reason := f"{chosen.source} drives the base" if chosen is not None else _flaw(draft, base):
             draft.lose(f"{base.source}: {reason}", base.span)
@@ -38,14 +106,14 @@ def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base
 def _general(controller: Controller) -> dict[str, float | str]:
     """Return the odometry frame and command timeout of a controller, as parameters of the graph."""
     frame, timeout = next(iter(controller.texts("odom_frame_id")), None), controller.positive("cmd_vel_timeout")
-    if timeout is not None and controller.kind == MILLISECONDS:
+    if timeout is not None and controller.kind == _MILLISECONDS:
         timeout /= 1000.0
     return given(odom_frame=frame, timeout=timeout)
 
 
 def _joints(controller: Controller, *names: str) -> tuple[str, ...]:
     if not controller.flag("front_steering", default=True):
-        names = tuple(REAR_STEERED.get(name, name) for name in names)
+        names = tuple(_REAR_STEERED.get(name, name) for name in names)
     return tuple(dict.fromkeys(controller.texts(*names)))
 
 
@@ -81,7 +149,7 @@ def base_of_plugins(draft: Draft) -> Base | None:
             draft.use(plugin)
             topics |= given(odom=_topic(plugin, "odom", "odom_topic"), odom_frame=_first(plugin, "odom_frame") or None)
         else:
-            names = next((names for pattern, names in PLUGINS.items() if re.search(pattern, told)), None)
+            names = next((names for pattern, names in _PLUGINS.items() if re.search(pattern, told)), None)
             if names is None or base is not None:
                 continue
             read = names.read(partial(_texts, plugin), partial(_number, plugin))

@@ -8,7 +8,7 @@ from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Subject, Unus
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft
-from graphengine.descriptions.robot_files.entries import Entry, Keys, material
+from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.devices.rotation import rotate
 from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
@@ -115,7 +115,7 @@ def _add_materials(draft: Draft, surfaces: _Surfaces) -> None:
     for link, surface in surfaces.items():
         alike.setdefault(surface, []).append(link)
     for (along, *directed), links in alike.items():
-        keys: Keys = {}
+        keys: MaterialKeys = {}
         if directed:
             across, vector, frame = directed
             keys = {"across": across, "direction": list(vector), "expressed_in": frame}

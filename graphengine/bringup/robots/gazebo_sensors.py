@@ -14,7 +14,7 @@ from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Figures, Subj
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Claim, Draft, graph_defaults
-from graphengine.descriptions.robot_files.entries import Entry, Keys
+from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
@@ -154,7 +154,7 @@ def _one_pose(values: Values, sensor: Subject, *path: str) -> Pose:
 
 
 def _mount(draft: Draft, sensor: _Found) -> None:
-    value: Keys = {"type": sensor.figures.type, "parent": _prim(draft.description, sensor.link)}
+    value: SensorKeys = {"type": sensor.figures.type, "parent": _prim(draft.description, sensor.link)}
     position, orientation = sensor.pose
     if any(position):
         value["position"] = list(position)

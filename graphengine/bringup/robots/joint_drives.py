@@ -15,7 +15,7 @@ from graphengine.bringup.robots.joint_commands import KINDS, JointCommands
 from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotWheel
-from graphengine.descriptions.robot_files.entries import Keys
+from graphengine.descriptions.robot_files.entries import DriveKeys, JointKeys
 from graphengine.format.wording import printable
 
 _SPEED_ERROR = 0.01
@@ -187,14 +187,14 @@ def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> 
 
 def _drive(
     draft: Draft, joint: Joint, kind: str, wheels: Sequence[RobotWheel], drivetrain: Drivetrain | None
-) -> Keys | None:
+) -> DriveKeys | None:
     """Return the drive of a joint in the robot file; None for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in driven if wheel.joint == joint.name), None)
     radii = [each.radius for each in wheels if not each.caster] or [each.radius for each in driven]
     scrub = draft.description.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
     if kind == "velocity":
-        drive = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
+        drive: DriveKeys = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if drivetrain is not None and wheel is not None and drivetrain.base.kinematics in ("mecanum", "omni"):
             acceleration = float(drivetrain.base.parameters.get("acceleration") or _ACCELERATION)
             drive["max_acceleration"] = gain(acceleration / wheel.radius)  # their controllers have no ramps
@@ -208,12 +208,12 @@ def _drive(
     return None
 
 
-def _bounds(joint: Joint, drive: Keys | None, commands: JointCommands) -> Keys:
+def _bounds(joint: Joint, drive: DriveKeys | None, commands: JointCommands) -> JointKeys:
     """Return the start position and limits that commands give a joint, as keys of the joint in the robot file.
 
     A velocity range is written into `drive` as `max_velocity`.
     """
-    keys: Keys = {}
+    keys: JointKeys = {}
     if commands.start:
         keys["start"] = commands.start
     speeds = [abs(end) for end in commands.ranges.get("velocity", ()) if end]

@@ -19,7 +19,7 @@ from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents
 from graphengine.descriptions.robot_description import WORLD
 from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
-from graphengine.descriptions.robot_files.entries import Entry, material
+from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.format.wording import printable
 from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.model.robot import RobotInstance
@@ -253,7 +253,7 @@ def _slide(draft: Draft, resting: Collection[str]) -> None:
         links = [link for link in entry.value["bind"] if link in resting]
         if not links or not friction or "direction" in entry.value:
             continue
-        steady = {
+        steady: MaterialKeys = {
             "across": friction,
             "direction": [1.0, 0.0, 0.0],
             "expressed_in": draft.description.root,

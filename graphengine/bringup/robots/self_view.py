@@ -13,7 +13,7 @@ import numpy as np
 from graphengine.bringup.robots.trial import trial_model, trial_spec
 from graphengine.descriptions.engine import body_names, mujoco
 from graphengine.descriptions.robot_files.draft import Draft
-from graphengine.descriptions.robot_files.entries import Entry
+from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
@@ -48,7 +48,7 @@ def check_self_view(draft: Draft) -> None:
             _report(draft, name, casting[name], float(np.mean(blocked)), listing(links, "by"))
 
 
-def _report(draft: Draft, name: str, entry: Entry, share: float, by: str) -> None:
+def _report(draft: Draft, name: str, entry: Entry[SensorKeys], share: float, by: str) -> None:
     text = f"the robot itself blocks {share:.0%} of the beams of {name} within {CLOSE} m, {by}"
     if share > MOST_BLOCKED:
         entry.value["sees_own_robot"] = False

@@ -15,7 +15,7 @@ from typing import Any
 from graphengine.bringup.robots.base import Base, Grip
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
-from graphengine.descriptions.robot_files.entries import Keys
+from graphengine.descriptions.robot_files.entries import MaterialKeys
 from graphengine.devices.rotation import rotate
 
 NAME = "wheels"
@@ -113,15 +113,15 @@ def _described(draft: Draft, links: Sequence[str]) -> Grip | None:
     return Grip(along, across, "of mu1 and mu2 in the description", described=True) if along > 0.0 else None
 
 
-def _along_and_across(draft: Draft, value: Keys, link: str) -> tuple[float, float]:
-    first: float = value["dynamic_friction"]
-    second: float = value.get("across", draft.second_frictions.get(link, first))
+def _along_and_across(draft: Draft, value: MaterialKeys, link: str) -> tuple[float, float]:
+    first = value["dynamic_friction"]
+    second = value.get("across", draft.second_frictions.get(link, first))
     if "direction" in value and not _rolls_along(draft.description, value):
         return second, first
     return first, second
 
 
-def _rolls_along(description: RobotDescription, value: Keys) -> bool:
+def _rolls_along(description: RobotDescription, value: MaterialKeys) -> bool:
     """Return whether the direction of a material is nearer to the root link's x axis than to its y axis."""
     turn = description.pose_in_root(value["expressed_in"])[1] if value.get("expressed_in") else (0.0, 0.0, 0.0, 1.0)
     x, y, z = value["direction"]

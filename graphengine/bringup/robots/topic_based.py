@@ -10,9 +10,11 @@ them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from graphengine.descriptions.robot_description import Joint
+from graphengine.format.templates import filled
 
 PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
 STATES, COMMANDS = "topic_based_joint_states", "topic_based_joint_commands"
@@ -22,36 +24,22 @@ STATES, COMMANDS = "topic_based_joint_states", "topic_based_joint_commands"
 def block(name: str, joints: Sequence[Joint], starts: Mapping[str, float]) -> str:
     """Return the `<ros2_control>` element as XML, indented for the body of a `<robot>`.
 
+    The simulation does not wrap positions of continuous joints, so they are not to be summed. With a threshold, the last command
+    of a motion could be lost.
+
     Args:
         name: name of the ros2_control system.
         joints: joints to command; fixed joints and mimic joints are left out.
         starts: initial positions by joint name, rad or m; other joints start at 0.
     """
-    parameters = {
-        "joint_commands_topic": f"/{COMMANDS}",
-        "joint_states_topic": f"/{STATES}",
-        "sum_wrapped_joint_states": "false",  # the simulation does not wrap positions of continuous joints
-        "trigger_joint_command_threshold": "-1",  # with a threshold, the last command of a motion can be lost
-    }
-    lines = [f'  <ros2_control name={quoteattr(name)} type="system">', "    <hardware>"]
-    lines.append(f"      <plugin>{PLUGIN}</plugin>")
-    lines += (f'      <param name="{key}">{value}</param>' for key, value in parameters.items())
-    lines.append("    </hardware>")
-    for joint in joints:
-        if joint.moves and joint.mimic is None:
-            lines += _joint(joint.name, starts.get(joint.name, 0.0))
-    return "\n".join([*lines, "  </ros2_control>", ""])
-
-
-def _joint(name: str, start: float) -> list[str]:
-    return [
-        f"    <joint name={quoteattr(name)}>",
-        '      <command_interface name="position"/>',
-        '      <command_interface name="velocity"/>',
-        '      <state_interface name="position">',
-        f'        <param name="initial_value">{start!r}</param>',
-        "      </state_interface>",
-        '      <state_interface name="velocity"/>',
-        '      <state_interface name="effort"/>',
-        "    </joint>",
-    ]
+    commanded = [joint.name for joint in joints if joint.moves and joint.mimic is None]
+    template = Path(__file__).with_name("topic_based_joint.txt")
+    each = (filled(template, name=quoteattr(joint), start=repr(starts.get(joint, 0.0))) for joint in commanded)
+    return filled(
+        template.with_name("topic_based.txt"),
+        name=quoteattr(name),
+        plugin=PLUGIN,
+        commands=COMMANDS,
+        states=STATES,
+        joints="".join(each),
+    )

@@ -14,7 +14,7 @@ from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents, mesh_vertices
 from graphengine.descriptions.robot_description import TURNING, Joint
 from graphengine.descriptions.robot_files.draft import ALIGNED, Draft, Remark, RobotWheel, rounded
-from graphengine.descriptions.robot_files.entries import Entry, material
+from graphengine.descriptions.robot_files.entries import Entry, WheelKeys, material
 from graphengine.descriptions.rollers import NO_ROLLERS, rollers_of
 from graphengine.descriptions.shapes import Cylinder, kind_of
 from graphengine.devices.rotation import Vector3, rotate
@@ -222,7 +222,7 @@ def _shape(draft: Draft, wheel: RobotWheel) -> None:
     if wheel.collider == "cylinder" and len(colliders) == 1:
         draft.wheel_colliders[wheel.link] = Entry("ellipsoid", comments)
         return
-    value = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
+    value: WheelKeys = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
     if abs(wheel.offset) > 1e-4:
         value["offset"] = rounded(wheel.offset, 6)
     draft.wheel_colliders[wheel.link] = Entry(value, comments)

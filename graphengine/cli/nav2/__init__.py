@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 
 from graphengine.cli.nav2 import files, goals
-from graphengine.cli.subverbs import add_subverbs, execute
-
-__all__ = ["add_arguments", "execute"]
+from graphengine.cli.subverbs import add_subverbs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, rounded
-from graphengine.descriptions.robot_files.entries import Keys
+from graphengine.descriptions.robot_files.entries import DriveKeys
 
 WHEEL_DAMPING = 50.0
 """Minimum damping of the velocity drive of a wheel, N m s/rad; with it, a small robot is within 0.02 % of its target speed."""
@@ -18,7 +18,7 @@ def add_wheel_drives(draft: Draft) -> None:
         draft.joints[wheel.joint].value["drive"] = {"damping": WHEEL_DAMPING}
 
 
-def servo(joint: Joint) -> Keys:
+def servo(joint: Joint) -> DriveKeys:
     """Return the gains of a position drive that exerts its full effort at a deviation of 0.1 rad or 10 mm.
 
     Without an effort limit, an effort of 10 N m or 10 N is assumed. The damping is a tenth of the stiffness.

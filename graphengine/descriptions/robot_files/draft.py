@@ -11,7 +11,8 @@ from typing import Any
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.robot_description import WORLD, RobotDescription
-from graphengine.descriptions.robot_files.entries import Entry, Keys
+from graphengine.descriptions.robot_files import entries
+from graphengine.descriptions.robot_files.entries import Entry
 from graphengine.descriptions.rollers import NO_ROLLERS, Rollers
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings, Span
@@ -185,12 +186,12 @@ class Draft:
     standing: dict[str, float] = field(default_factory=dict)
     servos: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
-    joints: dict[str, Entry] = field(init=False)
-    links: defaultdict[str, Entry] = field(default_factory=lambda: defaultdict(lambda: Entry({})))
-    wheel_colliders: dict[str, Entry] = field(default_factory=dict)
-    materials: dict[str, Entry] = field(default_factory=dict)
-    sensors: dict[str, Entry] = field(default_factory=dict)
-    graphs: dict[str, Entry] = field(default_factory=dict)
+    joints: dict[str, Entry[entries.JointKeys]] = field(init=False)
+    links: defaultdict[str, Entry[entries.LinkKeys]] = field(default_factory=lambda: defaultdict(lambda: Entry({})))
+    wheel_colliders: dict[str, Entry[entries.WheelCollider]] = field(default_factory=dict)
+    materials: dict[str, Entry[entries.MaterialKeys]] = field(default_factory=dict)
+    sensors: dict[str, Entry[entries.SensorKeys]] = field(default_factory=dict)
+    graphs: dict[str, Entry[entries.GraphKeys]] = field(default_factory=dict)
     carried: list[Remark] = field(default_factory=list)
     guessed: list[Remark] = field(default_factory=list)
     lost: list[Remark] = field(default_factory=list)
@@ -207,7 +208,7 @@ class Draft:
         """Create an entry for each moving joint."""
         self.joints = {joint.name: Entry({}) for joint in self.description.moving()}
 
-    def bound(self) -> dict[str, Keys]:
+    def bound(self) -> dict[str, entries.MaterialKeys]:
         """Return the material of each link to which the draft binds one."""
         return {link: entry.value for entry in self.materials.values() for link in entry.value["bind"]}
 
@@ -257,7 +258,7 @@ class Draft:
         """
         if self.description.root != "base_link":  # the default of the graphs
             parameters = {"base": in_path(self.description.root)} | parameters
-        value = {"use": use, "parameters": parameters} if parameters else {"use": use}
+        value: entries.GraphKeys = {"use": use, "parameters": parameters} if parameters else {"use": use}
         self.graphs[name] = Entry(value, list(comments))
 
     def carry(self, text: str, span: Span | None = None, claim: Claim | None = None) -> None:

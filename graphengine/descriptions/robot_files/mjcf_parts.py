@@ -12,7 +12,7 @@ from graphengine.descriptions.actuators.drives import Drive
 from graphengine.descriptions.actuators.mjcf_model import MjcfModel
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.robot_files.draft import Claim, Draft, rounded
-from graphengine.descriptions.robot_files.entries import Entry, Keys
+from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
 from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
@@ -125,7 +125,7 @@ def _link(draft: Draft, name: str, kind: str) -> str:
     return given if given in draft.description.links else name if name in draft.description.links else ""
 
 
-def _mount(draft: Draft, name: str, value: Keys) -> Claim:
+def _mount(draft: Draft, name: str, value: SensorKeys) -> Claim:
     """Add a sensor, and return the claim that the robot file has it."""
     draft.sensors[prim_name(name)] = Entry(value)
     return {("sensors", prim_name(name)): value}

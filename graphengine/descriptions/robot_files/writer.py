@@ -63,7 +63,7 @@ class _Page:
     lines: list[str]
     rows: list[tuple[tuple[str, ...], Any, int]] = field(default_factory=list)
 
-    def add_entry(self, section: str, key: str, entry: Entry, *comments: str) -> None:
+    def add_entry(self, section: str, key: str, entry: Entry[Any], *comments: str) -> None:
         """Add a key of a section, below the given comments and those of its entry."""
         self.lines += [f"  # {printable(comment)}" for comment in (*comments, *entry.comments)]
         number = len(self.lines)

@@ -99,7 +99,8 @@ class SimulationCore(SimulationModel):
     @property
     def step_time(self) -> float:
         """Simulation time of the current state, s: that of the last physics step while the steps of a tick run, else `time`."""
-        return self._time_of_steps() if self.stepping else self.time
+        seconds, ticks = self.tick_period
+        return self.steps * seconds / (ticks * self.substeps) if self.stepping else self.time
 
     @property
     def stepping(self) -> bool:
@@ -131,8 +132,8 @@ class SimulationCore(SimulationModel):
                 body.hold()
             if self.surfaces:
                 self.surfaces.hold()
-            if self.steps >= self._movers_due:
-                self._place_movers()
+            if self.steps >= self.movers.due:
+                self.movers.hold(self.steps, self.seed)
             mujoco.mj_step1(self.model, self.data)
             if self._directed.geoms:
                 self._directed.apply()
@@ -180,7 +181,7 @@ class SimulationCore(SimulationModel):
 
     def _refresh_movers(self) -> None:
         """Move the movers to their places at this time, and compute the poses and contacts of the new state."""
-        self._place_movers()
+        self.movers.hold(self.steps, self.seed)
         begin_step(self.model, self.data, self._directed)
 
     def _release_bodies(self) -> None:
@@ -225,7 +226,7 @@ class SimulationCore(SimulationModel):
             self._mounts.carry_over(model)
             self.rebind(model, initial_data(model, self.stage))
         super().restore(saved.counts)
-        self._movers_due = 0
+        self.movers.due = 0
         self.model.opt.gravity = saved.gravity
         self._frictions.put_back(self.model)
         self._lights.put_back(self.model)

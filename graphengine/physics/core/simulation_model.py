@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection
 from fractions import Fraction
 
@@ -95,9 +94,7 @@ class SimulationModel(Stateful):
         """Faults of sensors, by prim path."""
         self.pushes = Pushes()
         self.surfaces = MovingSurfaces()
-        self.movers = Movers()
-        self._movers_due: float = 0
-        """Number of steps after which the movers are placed next."""
+        self.movers = Movers(self.tick_period, substeps)
         self.welds = Welds()
         self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
         """Function that recompiles the model with moving surfaces on the named bodies; `LoadedWorld` sets it."""
@@ -121,7 +118,7 @@ class SimulationModel(Stateful):
         round_weights(model)
         surfaces, welds = self.surfaces.bound_to(model, data), self.welds.bound_to(model, data)
         movers = self.movers.bound_to(model, data)
-        movers.hold(self._time_of_steps(), self.seed)
+        movers.hold(self.steps, self.seed)
         begin_step(model, data, directed := DirectedFriction(self.stage, model, data))
         if data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
             raise out_of_range(model, data)
@@ -249,19 +246,6 @@ class SimulationModel(Stateful):
         self.pushes.apply()
         for handle in self.handles.watching:
             handle.see_displacement()
-
-    def _time_of_steps(self) -> float:
-        """Return the simulation time of the physics steps so far, s, which determines where movers are."""
-        seconds, ticks = self.tick_period
-        return self.steps * seconds / (ticks * self.substeps)
-
-    def _place_movers(self) -> None:
-        """Write the places and velocities of movers to the state: at the end of each tick, and whenever one turns."""
-        self.movers.hold(self._time_of_steps(), self.seed)
-        seconds, ticks = self.tick_period
-        turn = self.movers.end * ticks * self.substeps / seconds
-        tick = self.steps - self.steps % self.substeps + self.substeps
-        self._movers_due = max(self.steps + 1, min(turn, tick)) if self.movers else math.inf
 
     def initial_state(self) -> mujoco.MjData:
         """Return the state to which `reset_state` returns, as a new object."""

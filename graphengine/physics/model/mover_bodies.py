@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Sequence
 from pathlib import Path
 
 from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.files import xml
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.mjcf.mjcf import is_safe, parse
@@ -13,31 +15,34 @@ from graphengine.descriptions.mjcf.mjcf_trial import is_plain
 from graphengine.descriptions.routes import PREFIX, Route, route_from, route_of, routes_of
 from graphengine.descriptions.sdf.sdf_values import written
 from graphengine.descriptions.sdf.sdf_world import read_world
-from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.scene_spec import MoverSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 
-Part = tuple[str, dict[str, str], Vector3, Vector3]
-"""Kind of a part's shape, its sizes by SDF's tags, its centre (m) and its colour (red, green, blue; 0 to 1)."""
+Part = tuple[str, str, str]
+"""A part of a mover: SDF of its shape, centre (m) and colour (red, green, blue; 0 to 1)."""
 
-_SKIN, _VEST, _STEEL, _PAINT = (0.85, 0.65, 0.52), (0.95, 0.45, 0.1), (0.25, 0.25, 0.28), (0.95, 0.7, 0.1)
+_BOX = "<box><size>{}</size></box>"
+_SKIN, _VEST, _STEEL, _PAINT = "0.85 0.65 0.52", "0.95 0.45 0.1", "0.25 0.25 0.28", "0.95 0.7 0.1"
 _PERSON: list[Part] = [
-    ("capsule", {"radius": "0.18", "length": "1.08"}, (0.0, 0.0, 0.72), _VEST),
-    ("ellipsoid", {"radii": "0.1 0.077 0.17"}, (0.0, 0.0, 1.586), _SKIN),
+    ("<capsule><radius>0.18</radius><length>1.08</length></capsule>", "0 0 0.72", _VEST),
+    ("<ellipsoid><radii>0.1 0.077 0.17</radii></ellipsoid>", "0 0 1.586", _SKIN),
 ]
-"""Kind, size, centre (m) and colour of the parts of a person, who looks along x. The measures are the means of men in ANSUR II
-(Gordon et al.: 2012 Anthropometric Survey of U.S. Army Personnel, NATICK/TR-15/007): stature 1.756 m, shoulder height 1.44 m,
-head 0.2 m long and 0.154 m wide. The capsule has the cross-section of an ellipse 0.51 m wide and 0.255 m deep."""
+"""A person who looks along x. The measures are the means of men in ANSUR II (Gordon et al.: 2012 Anthropometric Survey of U.S.
+Army Personnel, NATICK/TR-15/007): stature 1.756 m, shoulder height 1.44 m, head 0.2 m long and 0.154 m wide. The capsule has
+the cross-section of an ellipse 0.51 m wide and 0.254 m deep: the breadth of the shoulders, and the depth of the chest."""
 _FORKLIFT: list[Part] = [
-    ("box", {"size": "1.6 1.15 0.8"}, (-0.5, 0.0, 0.5), _PAINT),
-    ("box", {"size": "1.0 1.05 0.05"}, (-0.5, 0.0, 2.1), _STEEL),
-    *(("box", {"size": "0.06 0.06 1.2"}, (x, y, 1.5), _STEEL) for x in (-0.95, -0.05) for y in (-0.45, 0.45)),
-    *(("box", {"size": "0.12 0.1 2.0"}, (0.4, y, 1.05), _STEEL) for y in (-0.3, 0.3)),
-    *(("box", {"size": "1.1 0.12 0.05"}, (1.0, y, 0.1), _STEEL) for y in (-0.25, 0.25)),
+    (_BOX.format("1.6 1.15 0.8"), "-0.5 0 0.5", _PAINT),
+    (_BOX.format("1 1.05 0.05"), "-0.5 0 2.1", _STEEL),
+    *((_BOX.format("0.06 0.06 1.2"), f"{x} {y} 1.5", _STEEL) for x in (-0.95, -0.05) for y in (-0.45, 0.45)),
+    *((_BOX.format("0.12 0.1 2"), f"0.4 {y} 1.05", _STEEL) for y in (-0.3, 0.3)),
+    *((_BOX.format("1.1 0.12 0.05"), f"1 {y} 0.1", _STEEL) for y in (-0.25, 0.25)),
 ]
-"""The parts of a counterbalanced forklift for 2.5 t, with typical measures: 1.15 m wide, 2.1 m high, forks of 1.1 m."""
+"""A counterbalanced forklift for 2.5 t with typical measures: 1.15 m wide, 2.1 m high, forks of 1.1 m."""
 _SHAPES = {"person": _PERSON, "forklift": _FORKLIFT}
+_COLLISION = """<collision name="{}">
+  <geometry>{}</geometry><pose>{} 0 0 0</pose><material><diffuse>{} 1</diffuse></material>
+</collision>"""
 
 
 def add_movers(spec: mujoco.MjSpec, scene: Loaded[SceneSpec], library: Library, findings: Findings) -> None:
@@ -74,30 +79,24 @@ def _parts(
 ) -> Sequence[Part] | None:
     """Return the parts of a mover; None if its mesh file is not found, which is added to `findings`."""
     if mover.size is not None:
-        return [("box", {"size": written(*mover.size)}, (0.0, 0.0, mover.size[2] / 2.0), _PAINT)]
+        return [(_BOX.format(written(*mover.size)), written(0.0, 0.0, mover.size[2] / 2.0), _PAINT)]
     if mover.shape in _SHAPES:
         return _SHAPES[mover.shape]
     path = library.files.look_up(mover.shape, scene.folder, findings, span)
-    return [("mesh", {"uri": str(path)}, (0.0, 0.0, 0.0), _PAINT)] if path is not None else None
+    return [(f"<mesh><uri>{html.escape(str(path))}</uri></mesh>", "0 0 0", _PAINT)] if path is not None else None
 
 
 def _model(name: str, route: Route, parts: Sequence[Part], span: Span) -> Element:
-    """Return the SDF model of a mover; it stands where its route begins."""
-    made = [_collision(number, part, span) for number, part in enumerate(parts)]
-    children = [_leaf("static", "true", span), _leaf("pose", f"{written(*route.points[0][1:])} 0 0 0", span)]
-    return Element("model", {"name": name}, span, [*children, Element("link", {"name": name}, span, made)])
-
-
-def _collision(number: int, part: Part, span: Span) -> Element:
-    kind, sizes, centre, colour = part
-    shape = Element(kind, {}, span, [_leaf(tag, text, span) for tag, text in sizes.items()])
-    material = Element("material", {}, span, [_leaf("diffuse", f"{written(*colour)} 1", span)])
-    parts = [_leaf("pose", f"{written(*centre)} 0 0 0", span), Element("geometry", {}, span, [shape]), material]
-    return Element("collision", {"name": f"part_{number}"}, span, parts)
-
-
-def _leaf(tag: str, text: str, span: Span) -> Element:
-    return Element(tag, {}, span, text=text)
+    """Return the SDF model of a mover where its route begins; `span` is the place of its shape in the scene."""
+    shapes = "".join(_COLLISION.format(number, *part) for number, part in enumerate(parts))
+    place = written(*route.points[0][1:])
+    text = f"<model><static>true</static><pose>{place} 0 0 0</pose><link>{shapes}</link></model>"
+    model = xml.parse(text.encode(), name, Findings(), "S102")
+    assert model is not None
+    for element in model.walk():
+        element.span = span
+    model.attributes["name"] = model.children[-1].attributes["name"] = name
+    return model
 
 
 def _attach(spec: mujoco.MjSpec, sdf: Element, path: Path, library: Library) -> None:

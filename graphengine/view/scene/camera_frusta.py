@@ -5,16 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from viser.transforms import SO3
 
 from graphengine.view.layer_data import CAMERAS, FrameLayers, SceneLayers
-from graphengine.view.scene.carried import Carried, multiplied
+from graphengine.view.scene.carried import Carried
 from graphengine.view.scene.layer import Layer, Poses
 
 if TYPE_CHECKING:
     import viser
 
-ABOUT_X = np.array([[0.0, 1.0, 0.0, 0.0]], np.float32)
-"""Half a turn about x, quaternion (w, x, y, z): viser's cameras look along z with y down, a `SeenCamera` along -z with y up."""
+ABOUT_X = SO3(np.array([0.0, 1.0, 0.0, 0.0], np.float32))
+"""Half a turn about x: viser's cameras look along z with y down, a `SeenCamera` along -z with y up."""
 SIZE = 0.15
 """Size of a frustum; for a given size, viser draws frusta of equal volume for all fields of view."""
 
@@ -54,6 +55,6 @@ class CameraFrusta(Layer):
             return
         self._last = poses
         positions, rotations = self._carried.at(poses)
-        rotations = multiplied(rotations, np.repeat(ABOUT_X, len(rotations), axis=0))
-        for frustum, position, rotation in zip(self._frusta.values(), positions, rotations, strict=True):
+        turned = (SO3(rotations) @ ABOUT_X).wxyz
+        for frustum, position, rotation in zip(self._frusta.values(), positions, turned, strict=True):
             frustum.position, frustum.wxyz = position, rotation

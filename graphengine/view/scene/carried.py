@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from viser.transforms import SO3
 
 from graphengine.devices.rotation import Pose
 
@@ -42,23 +43,7 @@ class Carried:
         """
         bodies = poses[self.rows].astype(np.float32)
         turns = bodies[:, [6, 3, 4, 5]]
-        return bodies[:, :3] + turned(turns, self.positions), multiplied(turns, self.rotations)
-
-
-def multiplied(a: Floats, b: Floats) -> Floats:
-    """Return the quaternion products of rows of `a` and `b`, shape (n, 4)."""
-    aw, ax, ay, az = a.T
-    bw, bx, by, bz = b.T
-    product: Floats = np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=1,
-    )
-    return product
+        return bodies[:, :3] + turned(turns, self.positions), (SO3(turns) @ SO3(self.rotations)).wxyz
 
 
 def turned(q: Floats, v: Floats) -> Floats:

@@ -147,7 +147,7 @@ def _words(annotation: Any) -> str:
 
 def _fixed(words: list[str]) -> str:
     """Return the type of a list of fixed length in words."""
-    kind, _, bounds = words[0].partition(", ")
+    kind, _, bounds = words[0].partition(", each " if words[0].startswith("[") else ", ")
     if bounds and len(set(words)) == 1:
         return f"[{', '.join([kind] * len(words))}], each {bounds}"
     return f"[{', '.join(words)}]"

@@ -1,0 +1,166 @@
+"""Reads the topics of bags: MCAP and SQLite files of this product, of `ros2 bag record` or of rosbags.
+
+Bags may be damaged or hostile. The files of a bag's folder are read without its `metadata.yaml`. Definitions of messages come
+from the bag, else from ROS 2.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterator
+from contextlib import ExitStack, contextmanager
+from heapq import merge
+from itertools import accumulate, chain
+from operator import itemgetter
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from lz4.frame import LZ4FrameDecompressor
+from mcap.records import Header
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader, storage_mcap
+from rosbags.rosbag2.storage_mcap import zstd  # type: ignore[attr-defined]  # its module depends on the version of Python
+
+from graphengine.format.errors import RecordingError, UsageError
+from graphengine.format.wording import did_you_mean, listing, shown
+from graphengine.messages.definitions import Definitions, shipped
+from graphengine.messages.distros import DISTROS
+from graphengine.messages.interfaces import MessageTypeError, TypeName
+from graphengine.recording import mcap_schema
+from graphengine.recording.records import MAX_CHUNK_BYTES, read_records
+
+SUFFIXES = (".mcap", ".db3")
+MAX_MESSAGE_BYTES = 100_000_000
+"""Maximum size of a message that is compressed on its own, bytes."""
+_SECTION = re.compile(r"^=+\n(?:MSG|IDL): (\S+)\n", re.MULTILINE)
+_ZSTD = b"\x28\xb5\x2f\xfd"
+
+
+class BagFile:
+    """An open bag.
+
+    Args:
+        path: an MCAP or SQLite file, or a folder of `ros2 bag record` with such files.
+
+    Raises:
+        RecordingError: the bag cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._stack = ExitStack()
+        if not path.exists():
+            raise RecordingError(f"{path}: no such file or folder")
+        with self._reading():
+            files = sorted(path.iterdir()) if path.is_dir() else [path]
+            files = [file for file in files if file.suffix in SUFFIXES and file.is_file()]
+            if not files:
+                what = "expected an .mcap or .db3 file, or a folder with such files; decompress .zstd files first"
+                raise RecordingError(f"{path}: {what}")
+            self._readers = [self._stack.enter_context(Reader(file)) for file in files]
+            for reader in self._readers:
+                _check_chunks(getattr(reader.storage, "chunks", ()))
+            first = next(read_records(files[0]), None) if files[0].suffix == ".mcap" else None
+        self.is_run = isinstance(first, Header) and first.library.startswith(mcap_schema.LIBRARY)
+        """Whether this product recorded a run; its log times are simulation times."""
+        self.connections = list(chain.from_iterable(reader.connections for reader in self._readers))
+        self.begin = min(reader.start_time for reader in self._readers)
+        """Log time of the first message, ns."""
+        self.end = max(reader.end_time for reader in self._readers) - 1
+        """Log time of the last message, ns."""
+
+    def close(self) -> None:
+        """Close the files."""
+        self._stack.close()
+
+    def message_type(self, topic: str) -> tuple[str, Definitions]:
+        """Return the message type of a topic and definitions that contain the type.
+
+        Raises:
+            UsageError: the bag has no such topic, or the type is not defined.
+        """
+        found = {one.msgtype: one for one in self.connections if one.topic == topic}
+        if not found:
+            names = {one.topic for one in self.connections if not one.topic.startswith(mcap_schema.HIDDEN)}
+            near = did_you_mean(topic, names) or listing(sorted(names), "topics")
+            raise UsageError(f"the bag has no topic {shown(topic)}\n  {near}")
+        if len(found) > 1:
+            raise UsageError(f"topic {topic}: its messages have several types; {listing(sorted(found), 'types')}")
+        (connection,) = found.values()
+        return connection.msgtype, _definitions(topic, connection)
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[tuple[int, str, bytes]]:
+        """Yield log time, ns, topic and data of the messages of topics in the order of time; None stands for all topics.
+
+        Raises:
+            RecordingError: the bag is damaged.
+        """
+        streams = []
+        for reader in self._readers:
+            wanted = [one for one in reader.connections if topics is None or one.topic in topics]
+            streams += [reader.messages(wanted)] if wanted else []
+        with self._reading():
+            for connection, time, data in merge(*streams, key=itemgetter(1)):
+                if data.startswith(_ZSTD):
+                    data = zstd.ZstdDecompressor().decompress(data, MAX_MESSAGE_BYTES)
+                yield time, connection.topic, data
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        try:
+            yield
+        except (GeneratorExit, RecordingError):
+            raise
+        except Exception as error:  # damaged files fail in many ways inside rosbags
+            self.close()
+            raise RecordingError(f"{self.path}: cannot be read as a bag: {error or type(error).__name__}") from error
+
+
+def _check_chunks(chunks: Collection[Any]) -> None:
+    """Raise ValueError if chunks that overlap in time, which are in memory together, are too large."""
+    edges = [(chunk.message_start_time, chunk.uncompressed_size) for chunk in chunks]
+    edges += [(chunk.message_end_time, -chunk.uncompressed_size) for chunk in chunks]
+    if max(accumulate(size for _, size in sorted(edges)), default=0) > MAX_CHUNK_BYTES:
+        raise ValueError(f"chunks of more than {MAX_CHUNK_BYTES} bytes overlap in time")
+
+
+def _definitions(topic: str, connection: Connection) -> Definitions:
+    """Return definitions with the type of a connection: the bag's own, or those of the first ROS 2 that defines the type."""
+    given = connection.msgdef.data
+    whole, *sections = _SECTION.split(given)
+    kind, errors = connection.msgdef.format.name.lower(), []
+    with TemporaryDirectory(prefix="graphengine-") as folder:
+        for name, text in [(connection.msgtype, whole), *zip(sections[::2], sections[1::2], strict=True)]:
+            parsed = TypeName.parse(name if name.count("/") == 2 else name.replace("/", "/msg/"))
+            if text.strip() and parsed is not None:
+                file = Path(folder, parsed.package, parsed.kind, f"{parsed.name}.{kind}")
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text(text, encoding="utf-8")
+        for distro in DISTROS:
+            definitions = shipped(distro).extended(installed=[Path(folder)])
+            try:
+                definitions.definition(connection.msgtype)
+            except MessageTypeError as error:
+                errors.append(error.message.replace(f"{folder}/", ""))
+            else:
+                return definitions
+    if not given:
+        errors[0] = (
+            f"neither the bag nor ROS 2 defines its type {connection.msgtype}; `ros2 bag convert` to MCAP adds it"
+        )
+    raise UsageError(f"topic {topic}: {errors[0]}")
+
+
+def _bounded(decompressor: Callable[[], Any]) -> Callable[[bytes, int], bytes]:
+    def decompress(data: bytes, size: int) -> bytes:
+        if size > MAX_CHUNK_BYTES:
+            raise ValueError(f"a chunk of {size} bytes is too large")
+        found: bytes = decompressor().decompress(data, max_length=size + 1)
+        return found
+
+    return decompress
+
+
+# Those of rosbags decompress all before they compare the size with the declared one.
+storage_mcap.DECOMPRESSORS.update(lz4=_bounded(LZ4FrameDecompressor), zstd=_bounded(zstd.ZstdDecompressor))
