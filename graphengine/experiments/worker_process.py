@@ -100,10 +100,9 @@ def main() -> None:
     settings: RunSettings = orders.get()
     try:
         while True:
-            key, bundle, place, case, number = orders.get()
-            if bundle is not None:
-                bundles[key] = bundle
-                scenes.places[bundle.scenario.path] = place
+            key, new, case, number = orders.get()
+            if new is not None:
+                bundles[key], scenes.places[new[0].scenario.path] = new
             pipe.send((settings.make or make_run)(Run(bundles[key], case, number), settings, scenes))
     except KeyboardInterrupt:
         pass
