@@ -92,7 +92,7 @@ def _pool(arguments: argparse.Namespace) -> Pool:
     machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     memory = machine / number if arguments.memory_limit is None else arguments.memory_limit * 1e6
     limits = Limits(arguments.time_limit, memory, arguments.rerun or 1)
-    settings = RunSettings(programs=arguments.allow_programs, scripts=arguments.allow_scripts)
+    settings = RunSettings(arguments.allow_programs, arguments.allow_scripts, arguments.digest_all)
     if arguments.workers is None:
         return ProcessPool(number, settings, limits)
     kind, _, address = arguments.workers.partition(":")

@@ -54,6 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rows.add_argument("--time-limit", metavar="SECONDS", type=float, default=600.0, help=limit)
     memory = "memory of a process above which its run is ended as an error (default: the machine's, divided by N)"
     rows.add_argument("--memory-limit", metavar="MB", type=float, help=memory)
+    digest = "let nodes publish on all topics, as for a recording, so that the digest of a row covers them"
+    rows.add_argument("--digest-all", action="store_true", help=digest)
     workers = "make the runs on a Ray cluster: ray starts one on this machine, ray:ADDRESS or ray:auto joins one"
     rows.add_argument("--workers", metavar="ray[:ADDRESS]", help=workers)
     rows.add_argument("-o", "--output", metavar="FILE", type=Path, help="with merge: the file to write")
@@ -93,7 +95,7 @@ def execute(arguments: argparse.Namespace) -> int:
         from graphengine.experiments.results_commands import make_results
 
         return make_results(arguments)
-    for option in ("resume", "memory_limit", "workers", "output"):
+    for option in ("resume", "memory_limit", "digest_all", "workers", "output"):
         if getattr(arguments, option):
             name = option.replace("_", "-")
             raise UsageError(f"--{name}: only {'with merge' if option == 'output' else 'with --results'}")
