@@ -5,18 +5,24 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import Any, Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings
 from graphengine.api.expectations.operators import TIME_ERROR
+from graphengine.api.runner import Runner
 from graphengine.api.session import Session
 from graphengine.format.errors import UsageError
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
+_kept: WeakKeyDictionary[Session, dict[str, Reading]] = WeakKeyDictionary()
+"""The readings of bodies of each session, by function and arguments."""
 _POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
 _VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
 WORLD = ("port", "pose", "velocity", "tilt", "distance", "contact")
@@ -72,29 +78,46 @@ def readings_of(session: Session) -> Readings:
 
     A body is the name of a robot or object, or a prim path. A function raises UsageError if the session lacks what it names.
     """
+    runner = session._runner
+    kept = _kept.setdefault(session, {})
+
+    def once(make: Callable[..., Reading]) -> Callable[..., Reading]:
+        """Let all conditions of the session share a reading, which is read once in a tick."""
+
+        def found(*arguments: Any) -> Reading:
+            key = f"{make.__name__}{arguments}"
+            if key not in kept:
+                reading = make(*arguments)
+                kept[key] = replace(reading, read=_once_in_a_tick(runner, reading.read))
+            return kept[key]
+
+        return found
 
     def port(address: str) -> Reading:
         value = session.value(address)
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
         return Reading(lambda: session.value(address), kind)
 
+    @once
     def pose(body: str) -> Reading:
         found = session.body(body)
         return Reading(lambda: found.pose, "record", _POSE)
 
+    @once
     def velocity(body: str) -> Reading:
         found = session.body(body)
         return Reading(lambda: found.velocity, "record", _VELOCITY)
 
     def tilt(body: str) -> Reading:
-        found = session.body(body)
-        return Reading(lambda: _tilt(found.pose.orientation))
+        read = pose(body).read
+        return Reading(lambda: _tilt(read().orientation))
 
     def distance(one: Place, other: Place) -> Reading:
-        places = [_position(session, place) for place in (one, other)]
         plane = any(not isinstance(place, str) and len(place) == 2 for place in (one, other))
-        return Reading(lambda: math.dist(*(place()[: 2 if plane else 3] for place in places)))
+        ends = [_end(place, pose) for place in (one, other)]
+        return Reading(lambda: math.dist(*(end()[: 2 if plane else 3] for end in ends)))
 
+    @once
     def contact(body: str, other: str = "*", but: str = "") -> Reading:
         found = session.body(body)
         found.touched  # noqa: B018  (lets the steps of the next tick be observed)
@@ -102,6 +125,7 @@ def readings_of(session: Session) -> Readings:
 
     return {
         **topic_readings(session),
+        "time": lambda: Reading(lambda: runner.session.time),
         "port": port,
         "pose": pose,
         "velocity": velocity,
@@ -120,8 +144,7 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
     """
 
     def message(topic: str) -> Reading:
-        arrivals = source.subscribe(topic, keep=1)
-        return Reading(lambda: _newest(arrivals), "other")
+        return Reading(_Newest(source.subscribe(topic, keep=1)), "other")
 
     return {
         "time": lambda: Reading(lambda: source.time),
@@ -137,11 +160,19 @@ def _is_vector(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(part, bool | int | float) for part in value)
 
 
-def _newest(arrivals: Arrivals) -> Any:
-    message = arrivals.latest
-    if message is None:
-        raise NoValueError
-    return message
+class _Newest:
+    """The newest message, which is decoded once."""
+
+    def __init__(self, arrivals: Arrivals) -> None:
+        self._arrivals, self._received = arrivals, 0
+        self._message: Any = None
+
+    def __call__(self) -> Any:
+        if self._received != self._arrivals.received:
+            self._message, self._received = self._arrivals.latest, self._arrivals.received
+        if self._message is None:
+            raise NoValueError
+        return self._message
 
 
 def _tilt(orientation: Sequence[float]) -> float:
@@ -149,21 +180,36 @@ def _tilt(orientation: Sequence[float]) -> float:
     return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
 
 
-def _position(session: Session, place: Place) -> Callable[[], Sequence[float]]:
+def _end(place: Place, pose: Callable[[str], Reading]) -> Callable[[], Sequence[float]]:
     """Return the function that reads the position of a body, m; that of a point is constant.
 
     Raises:
         UsageError: the point does not have two or three finite numbers.
     """
     if isinstance(place, str):
-        body = session.body(place)
-        return lambda: body.pose.position
+        read = pose(place).read
+        return lambda: read().position
     numbers = [float(part) for part in place]
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         raise UsageError(f"a point has two or three finite numbers, got {place!r}")
     return lambda: numbers
 
 
+def _once_in_a_tick(runner: Runner, read: Callable[[], Any]) -> Callable[[], Any]:
+    """Return a function that returns the first value of each tick; ticks of the session count on after a reset."""
+    tick, value = -1, None
+
+    def cached() -> Any:
+        nonlocal tick, value
+        if tick != runner.session.ticks:
+            value = read()
+            tick = runner.session.ticks
+        return value
+
+    return cached
+
+
+@lru_cache(maxsize=1000)
 def _matches(name: str, pattern: str) -> bool:
     return fnmatchcase(f"/World/{name}" if pattern.startswith("/") else name, pattern)
 
