@@ -68,21 +68,13 @@ def _at_most(a: Any, b: Any) -> Sample:
     return Sample(bool(a <= b), float(margin)) if margin == margin else _certain(bool(a <= b))
 
 
-def _above(a: Any, b: Any) -> Sample:
-    return _below(b, a)
-
-
-def _at_least(a: Any, b: Any) -> Sample:
-    return _at_most(b, a)
-
-
-_ORDERS: Mapping[type[ast.cmpop], Callable[[Any, Any], Sample]] = {
-    ast.Lt: _below,
-    ast.LtE: _at_most,
-    ast.Gt: _above,
-    ast.GtE: _at_least,
+_ORDERS: Mapping[type[ast.cmpop], tuple[str, int]] = {
+    ast.Lt: ("_below", 1),
+    ast.LtE: ("_at_most", 1),
+    ast.Gt: ("_below", -1),
+    ast.GtE: ("_at_most", -1),
 }
-"""The comparisons of two numbers, the most frequent conditions, each in one call."""
+"""The function that compares two numbers, the most frequent condition, in one call, and the order of its arguments."""
 
 
 class NoValueError(Exception):
@@ -189,7 +181,7 @@ class Expression:
     def _plain(self, node: ast.expr) -> Callable[[], Any]:
         """Compile an operand that consists of numbers, or a call of a function of `_ORDERS`, to plain Python."""
         body = ast.Lambda(ast.arguments([], [], None, [], [], None, []), _Caller(self._bound).visit(node))
-        names: dict[str, Any] = {function.__name__: function for function in _ORDERS.values()}
+        names: dict[str, Any] = {"_below": _below, "_at_most": _at_most}
         names |= {name: FUNCTIONS[name] for name in (*_NUMERIC, *_COLLECTIVE, *_CONSTANTS)}
         names |= {name: reading.read for name, reading in self._bound.items()}
         function: Callable[[], Any] = eval(
@@ -264,9 +256,8 @@ class Condition(Expression):
             case ast.Compare(ops=[op]) if (
                 type(op) in _ORDERS and self._number(node.left, *node.comparators) == "number"
             ):
-                return self._plain(
-                    ast.Call(ast.Name(_ORDERS[type(op)].__name__, ast.Load()), [node.left, *node.comparators], [])
-                )
+                name, order = _ORDERS[type(op)]
+                return self._plain(ast.Call(ast.Name(name, ast.Load()), [node.left, *node.comparators][::order], []))
             case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
                 sides = [self._value(side) for side in (node.left, *node.comparators)]
                 return _compared([_COMPARISONS[type(op)] for op in node.ops], sides)

@@ -15,7 +15,6 @@ import numpy as np
 
 from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings
 from graphengine.api.expectations.operators import TIME_ERROR
-from graphengine.api.runner import Runner
 from graphengine.api.session import Session
 from graphengine.format.errors import UsageError
 
@@ -29,18 +28,6 @@ WORLD = ("port", "pose", "velocity", "tilt", "distance", "contact")
 """Names of the functions whose values only a session has."""
 
 
-class Arrivals(Protocol):
-    """The messages that have arrived on a topic."""
-
-    @property
-    def latest(self) -> Any:
-        """The newest message; None before the first message."""
-
-    @property
-    def received(self) -> int:
-        """Number of messages that have arrived."""
-
-
 class Source(Protocol):
     """What expectations judge: a session or a bag."""
 
@@ -52,8 +39,8 @@ class Source(Protocol):
     def tick(self) -> int:
         """Number of the present tick, or of the present messages of a bag."""
 
-    def subscribe(self, topic: str, *, keep: int) -> Arrivals:
-        """Return the messages of a topic from now on, of which the newest `keep` are kept."""
+    def subscribe(self, topic: str, *, keep: int) -> Any:
+        """Return the messages of a topic from now on: the newest one, `latest`, and the number that has `received`."""
 
     def mark(self, text: str) -> None:
         """Put a mark into the recording of the session."""
@@ -88,7 +75,8 @@ def readings_of(session: Session) -> Readings:
             key = f"{make.__name__}{arguments}"
             if key not in kept:
                 reading = make(*arguments)
-                kept[key] = replace(reading, read=_once_in_a_tick(runner, reading.read))
+                read = lru_cache(maxsize=1)(lambda tick: reading.read())
+                kept[key] = replace(reading, read=lambda: read(runner.session.ticks))  # which a reset does not change
             return kept[key]
 
         return found
@@ -144,7 +132,7 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
     """
 
     def message(topic: str) -> Reading:
-        return Reading(_Newest(source.subscribe(topic, keep=1)), "other")
+        return Reading(_newest(source.subscribe(topic, keep=1)), "other")
 
     return {
         "time": lambda: Reading(lambda: source.time),
@@ -160,19 +148,17 @@ def _is_vector(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(part, bool | int | float) for part in value)
 
 
-class _Newest:
-    """The newest message, which is decoded once."""
+def _newest(arrivals: Any) -> Callable[[], Any]:
+    """Return the function that reads the newest message, which is decoded once."""
+    decoded = lru_cache(maxsize=1)(lambda received: arrivals.latest)
 
-    def __init__(self, arrivals: Arrivals) -> None:
-        self._arrivals, self._received = arrivals, 0
-        self._message: Any = None
-
-    def __call__(self) -> Any:
-        if self._received != self._arrivals.received:
-            self._message, self._received = self._arrivals.latest, self._arrivals.received
-        if self._message is None:
+    def read() -> Any:
+        message = decoded(arrivals.received)
+        if message is None:
             raise NoValueError
-        return self._message
+        return message
+
+    return read
 
 
 def _tilt(orientation: Sequence[float]) -> float:
@@ -193,20 +179,6 @@ def _end(place: Place, pose: Callable[[str], Reading]) -> Callable[[], Sequence[
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         raise UsageError(f"a point has two or three finite numbers, got {place!r}")
     return lambda: numbers
-
-
-def _once_in_a_tick(runner: Runner, read: Callable[[], Any]) -> Callable[[], Any]:
-    """Return a function that returns the first value of each tick; ticks of the session count on after a reset."""
-    tick, value = -1, None
-
-    def cached() -> Any:
-        nonlocal tick, value
-        if tick != runner.session.ticks:
-            value = read()
-            tick = runner.session.ticks
-        return value
-
-    return cached
 
 
 @lru_cache(maxsize=1000)
