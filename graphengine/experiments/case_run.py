@@ -24,6 +24,7 @@ from graphengine.experiments.stage import Stage
 from graphengine.experiments.steps import Ticks, perform_all
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.wording import printable
 
 Result = Literal["passed", "failed", "error", "skipped"]
 LOOK = 0.1
@@ -86,7 +87,7 @@ class CaseResult:
         lines = [self.reason] if self.reason else []
         lines += [f"{check.place}: {check.report}" for check in self.checks if check.outcome in ("failed", "error")]
         lines += [f"kept: {self.kept}"] if self.kept is not None else []
-        return "\n".join(lines)
+        return "\n".join(map(printable, "\n".join(lines).split("\n")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,6 +25,7 @@ from graphengine.format.legal_names import Name
 from graphengine.format.scene_spec import LockstepSpecs, MoverSpec
 from graphengine.format.spec import FileSpec, Format, Period
 from graphengine.format.spec_reader import Loaded, read
+from graphengine.format.wording import printable
 
 SUFFIX = ".scenario.yaml"
 MAX_CASES = 100_000
@@ -203,4 +204,4 @@ def find_scenarios(path: Path) -> list[Path]:
 
 def _shown(key: str, value: Any, index: int) -> str:
     """Return a value as pytest writes it in the name of a test."""
-    return str(value) if isinstance(value, str | int | float | bool) else f"{key.rpartition('.')[2]}{index}"
+    return printable(str(value)) if isinstance(value, str | int | float | bool) else f"{key.rpartition('.')[2]}{index}"

@@ -58,6 +58,25 @@ _COMPARISONS: Mapping[type[ast.cmpop], _Comparison] = {
 """The operator and the margin of each comparison; NaN stands for an infinite margin."""
 
 
+def _below(a: Any, b: Any) -> Sample:
+    margin = b - a
+    return Sample(bool(a < b), float(margin)) if margin == margin else _certain(bool(a < b))
+
+
+def _at_most(a: Any, b: Any) -> Sample:
+    margin = b - a
+    return Sample(bool(a <= b), float(margin)) if margin == margin else _certain(bool(a <= b))
+
+
+_ORDERS: Mapping[type[ast.cmpop], tuple[str, int]] = {
+    ast.Lt: ("_below", 1),
+    ast.LtE: ("_at_most", 1),
+    ast.Gt: ("_below", -1),
+    ast.GtE: ("_at_most", -1),
+}
+"""The function that compares two numbers, the most frequent condition, in one call, and the order of its arguments."""
+
+
 class NoValueError(Exception):
     """A reading has no value yet, such as the message of a topic on which none has arrived."""
 
@@ -148,10 +167,22 @@ class Expression:
         if isinstance(node, ast.Name) and node.id in self._bound:
             return self._bound[node.id].read
         if self._kind(node) == "other":
-            code, bound = compiled(node), self._bound
-            return lambda: _FieldGuard().evaluate(code, {**FUNCTIONS, **{name: bound[name].read() for name in bound}})
+            used = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)} & {*self._bound}
+            code, names, reads = compiled(node), dict(FUNCTIONS), {name: self._bound[name].read for name in used}
+
+            def evaluate() -> Any:
+                for name, read in reads.items():
+                    names[name] = read()
+                return _FieldGuard().evaluate(code, names)
+
+            return evaluate
+        return self._plain(node)
+
+    def _plain(self, node: ast.expr) -> Callable[[], Any]:
+        """Compile an operand that consists of numbers, or a call of a function of `_ORDERS`, to plain Python."""
         body = ast.Lambda(ast.arguments([], [], None, [], [], None, []), _Caller(self._bound).visit(node))
-        names = {name: FUNCTIONS[name] for name in (*_NUMERIC, *_COLLECTIVE, *_CONSTANTS)}
+        names: dict[str, Any] = {"_below": _below, "_at_most": _at_most}
+        names |= {name: FUNCTIONS[name] for name in (*_NUMERIC, *_COLLECTIVE, *_CONSTANTS)}
         names |= {name: reading.read for name, reading in self._bound.items()}
         function: Callable[[], Any] = eval(
             compile(ast.fix_missing_locations(ast.Expression(body)), "<expression>", "eval"),
@@ -222,6 +253,11 @@ class Condition(Expression):
             case ast.UnaryOp(op=ast.Not()):
                 part = self._sampled(node.operand)
                 return lambda: part().inverted()
+            case ast.Compare(ops=[op]) if (
+                type(op) in _ORDERS and self._number(node.left, *node.comparators) == "number"
+            ):
+                name, order = _ORDERS[type(op)]
+                return self._plain(ast.Call(ast.Name(name, ast.Load()), [node.left, *node.comparators][::order], []))
             case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
                 sides = [self._value(side) for side in (node.left, *node.comparators)]
                 return _compared([_COMPARISONS[type(op)] for op in node.ops], sides)
@@ -277,6 +313,11 @@ def _pair(operators: _Comparison, first: Any, second: Any) -> Sample:
 
 class _FieldGuard(Guard):
     """Lets expressions read the fields of messages and of other records."""
+
+    def attribute(self, value: Any, name: str) -> Any:
+        if name in getattr(value, "__dataclass_fields__", ()) and not name.startswith("_"):
+            return getattr(value, name)
+        return super().attribute(value, name)
 
     def attributes(self, value: Any) -> Collection[str]:
         if hasattr(value, "__dataclass_fields__"):

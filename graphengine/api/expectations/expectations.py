@@ -153,6 +153,7 @@ class ExpectationCheck(Check):
     def __init__(self, expectation: Expectation, source: Source, readings: Readings) -> None:
         self.expectation = expectation
         self._source = source
+        self._time = readings["time"]().read
         self._conditions = [Condition(text, readings) for text in expectation.conditions]
         self._frame = source.tick
         self.trace: list[tuple[float, float]] | None = None
@@ -161,7 +162,7 @@ class ExpectationCheck(Check):
 
     def _begin(self) -> None:
         self._operator = self.expectation.make()
-        self._operator.begin = self._source.time
+        self._operator.begin = self._time()
         self._error = ""
         self._values: dict[str, str] = {}
         """Values of the readings in the tick that decided the outcome, as text."""
@@ -169,7 +170,7 @@ class ExpectationCheck(Check):
     @property
     def outcome(self) -> Outcome:
         """The outcome so far."""
-        return "error" if self._error else self._operator.verdict.outcome
+        return "error" if self._error else self._operator.outcome
 
     @property
     def verdict(self) -> Verdict:
@@ -184,18 +185,20 @@ class ExpectationCheck(Check):
         if self._error:
             return
         try:
-            samples = [condition.sample() for condition in self._conditions]
+            samples: list[Any] = [condition.sample() for condition in self._conditions]
         except GraphError as error:
             self._error = str(error)
             return
         if None in samples:
             return
-        given = [sample.inverted() if self.expectation.inverted else sample for sample in samples if sample]
-        was_open = self._operator.verdict.outcome == "open"
-        self._operator.add(self._source.time, *given)
+        if self.expectation.inverted:
+            samples = [sample.inverted() for sample in samples]
+        operator, time = self._operator, self._time()
+        was_open = operator.outcome == "open"
+        operator.add(time, *samples)
         if self.trace is not None:
-            self.trace.append((self._source.time, min(sample.margin for sample in given)))
-        if was_open and self._operator.verdict.outcome != "open":
+            self.trace.append((time, min(sample.margin for sample in samples)))
+        if was_open and operator.outcome != "open":
             self._note_values()
 
     def end(self) -> None:

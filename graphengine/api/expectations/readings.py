@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import Any, Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -17,22 +20,12 @@ from graphengine.format.errors import UsageError
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
+_kept: WeakKeyDictionary[Session, dict[str, Reading]] = WeakKeyDictionary()
+"""The readings of bodies of each session, by function and arguments."""
 _POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
 _VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
 WORLD = ("port", "pose", "velocity", "tilt", "distance", "contact")
 """Names of the functions whose values only a session has."""
-
-
-class Arrivals(Protocol):
-    """The messages that have arrived on a topic."""
-
-    @property
-    def latest(self) -> Any:
-        """The newest message; None before the first message."""
-
-    @property
-    def received(self) -> int:
-        """Number of messages that have arrived."""
 
 
 class Source(Protocol):
@@ -46,8 +39,8 @@ class Source(Protocol):
     def tick(self) -> int:
         """Number of the present tick, or of the present messages of a bag."""
 
-    def subscribe(self, topic: str, *, keep: int) -> Arrivals:
-        """Return the messages of a topic from now on, of which the newest `keep` are kept."""
+    def subscribe(self, topic: str, *, keep: int) -> Any:
+        """Return the messages of a topic from now on: the newest one, `latest`, and the number that has `received`."""
 
     def mark(self, text: str) -> None:
         """Put a mark into the recording of the session."""
@@ -72,29 +65,47 @@ def readings_of(session: Session) -> Readings:
 
     A body is the name of a robot or object, or a prim path. A function raises UsageError if the session lacks what it names.
     """
+    runner = session._runner
+    kept = _kept.setdefault(session, {})
+
+    def once(make: Callable[..., Reading]) -> Callable[..., Reading]:
+        """Let all conditions of the session share a reading, which is read once in a tick."""
+
+        def found(*arguments: Any) -> Reading:
+            key = f"{make.__name__}{arguments}"
+            if key not in kept:
+                reading = make(*arguments)
+                read = lru_cache(maxsize=1)(lambda tick: reading.read())
+                kept[key] = replace(reading, read=lambda: read(runner.session.ticks))  # which a reset does not change
+            return kept[key]
+
+        return found
 
     def port(address: str) -> Reading:
         value = session.value(address)
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
         return Reading(lambda: session.value(address), kind)
 
+    @once
     def pose(body: str) -> Reading:
         found = session.body(body)
         return Reading(lambda: found.pose, "record", _POSE)
 
+    @once
     def velocity(body: str) -> Reading:
         found = session.body(body)
         return Reading(lambda: found.velocity, "record", _VELOCITY)
 
     def tilt(body: str) -> Reading:
-        found = session.body(body)
-        return Reading(lambda: _tilt(found.pose.orientation))
+        read = pose(body).read
+        return Reading(lambda: _tilt(read().orientation))
 
     def distance(one: Place, other: Place) -> Reading:
-        places = [_position(session, place) for place in (one, other)]
         plane = any(not isinstance(place, str) and len(place) == 2 for place in (one, other))
-        return Reading(lambda: math.dist(*(place()[: 2 if plane else 3] for place in places)))
+        ends = [_end(place, pose) for place in (one, other)]
+        return Reading(lambda: math.dist(*(end()[: 2 if plane else 3] for end in ends)))
 
+    @once
     def contact(body: str, other: str = "*", but: str = "") -> Reading:
         found = session.body(body)
         found.touched  # noqa: B018  (lets the steps of the next tick be observed)
@@ -102,6 +113,7 @@ def readings_of(session: Session) -> Readings:
 
     return {
         **topic_readings(session),
+        "time": lambda: Reading(lambda: runner.session.time),
         "port": port,
         "pose": pose,
         "velocity": velocity,
@@ -120,8 +132,7 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
     """
 
     def message(topic: str) -> Reading:
-        arrivals = source.subscribe(topic, keep=1)
-        return Reading(lambda: _newest(arrivals), "other")
+        return Reading(_newest(source.subscribe(topic, keep=1)), "other")
 
     return {
         "time": lambda: Reading(lambda: source.time),
@@ -137,11 +148,17 @@ def _is_vector(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(part, bool | int | float) for part in value)
 
 
-def _newest(arrivals: Arrivals) -> Any:
-    message = arrivals.latest
-    if message is None:
-        raise NoValueError
-    return message
+def _newest(arrivals: Any) -> Callable[[], Any]:
+    """Return the function that reads the newest message, which is decoded once."""
+    decoded = lru_cache(maxsize=1)(lambda received: arrivals.latest)
+
+    def read() -> Any:
+        message = decoded(arrivals.received)
+        if message is None:
+            raise NoValueError
+        return message
+
+    return read
 
 
 def _tilt(orientation: Sequence[float]) -> float:
@@ -149,21 +166,22 @@ def _tilt(orientation: Sequence[float]) -> float:
     return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
 
 
-def _position(session: Session, place: Place) -> Callable[[], Sequence[float]]:
+def _end(place: Place, pose: Callable[[str], Reading]) -> Callable[[], Sequence[float]]:
     """Return the function that reads the position of a body, m; that of a point is constant.
 
     Raises:
         UsageError: the point does not have two or three finite numbers.
     """
     if isinstance(place, str):
-        body = session.body(place)
-        return lambda: body.pose.position
+        read = pose(place).read
+        return lambda: read().position
     numbers = [float(part) for part in place]
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         raise UsageError(f"a point has two or three finite numbers, got {place!r}")
     return lambda: numbers
 
 
+@lru_cache(maxsize=1000)
 def _matches(name: str, pattern: str) -> bool:
     return fnmatchcase(f"/World/{name}" if pattern.startswith("/") else name, pattern)
 

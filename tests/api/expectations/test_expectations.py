@@ -117,6 +117,23 @@ def test_a_reset_begins_the_judgement_anew_and_a_checkpoint_brings_it_back(sim: 
     assert outcomes == ["failed", "open", "failed", "failed", "open"]
 
 
+def test_conditions_share_a_reading_within_a_tick_only(sim: ge.Session) -> None:
+    """Each of two expectations reads the pose; a restored tick has the number of an earlier one, and another pose."""
+    x = "pose('dd100').position[0]"
+    sim.run(0.1)
+    mark = sim.checkpoint()
+    sim.step()
+    checks = sim.expect(always(f"{x} < 3"), count(f"{x} > 3", at_least=1))
+    sim.step()
+    assert [check.outcome for check in checks] == ["open", "open"]
+    sim.restore(mark)
+    sim.move("dd100", position=(4.0, 0.0, sim.robots["dd100"].pose.position[2]))
+    again = sim.expect(always(f"{x} < 3"), count(f"{x} > 3", at_least=1))
+    sim.step()
+    sim.step()
+    assert [check.outcome for check in again] == ["failed", "passed"]
+
+
 def test_a_condition_that_cannot_be_evaluated_is_an_error_of_its_own(sim: ge.Session) -> None:
     broken = sim.expect(always("1 / (time - time) > 0"))
     silent = sim.expect(always("message('/dd100_0000/cmd_vel').linear.x < 1"))
