@@ -24,7 +24,7 @@ NEIGHBOURS = 6
 CLEARANCE = 0.1
 """Smallest distance of a walking mover from obstacles, m."""
 _STEP = 0.25
-"""Distance of the places on a straight way at which obstacles are searched, m."""
+"""Shortest straight way, and the distance of the places on it at which obstacles are searched, m."""
 _HEADINGS = [step * math.pi / 4.0 for step in range(8)]
 """Headings in which a mover must fit in at a free point, where it turns, rad."""
 
@@ -45,7 +45,8 @@ def free_ways(model: mujoco.MjModel, name: str, route: Route) -> dict[Place, lis
     points = [point for point in map(_place, spread) if is_free(point, _HEADINGS)]
     found: dict[Place, list[Place]] = {point: [] for point in points}
     for point in points:
-        for other in sorted(points, key=lambda other: math.dist(point, other))[1 : NEIGHBOURS + 1]:
+        apart = [other for other in points if math.dist(point, other) >= _STEP]
+        for other in sorted(apart, key=lambda other: math.dist(point, other))[:NEIGHBOURS]:
             heading = math.atan2(other[1] - point[1], other[0] - point[0])
             between = np.linspace(point, other, math.ceil(math.dist(point, other) / _STEP) + 1)[1:-1]
             if other in found[point] or not all(is_free(_place(on), (heading, heading + math.pi)) for on in between):
