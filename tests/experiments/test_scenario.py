@@ -76,7 +76,7 @@ def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found:
     ("text", "reason"),
     [
         ('expect: [always: tilt("dd101") < 0.1]\n', "4: no entity 'dd101'"),
-        ("expect: [always: pose(5).position[0] < 0.1]\n", "4: pose(5)"),
+        ("expect:\n  - always: pose(5).position[0] < 0.1\n", "5: "),
         ("expect: [always: sqrt(time) * nan < 1]\n", "a side of a comparison is not a number (NaN)"),
         ("do: [publish: {topic: /cmd_vel, message: {}}]\n", "4: no graph uses topic '/cmd_vel'"),
         ("do: [wait: 3s]\nstop: {after: 1s}\n", "4: the run ended at 1.000 s before this step did"),
@@ -86,7 +86,7 @@ def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found:
 )
 def test_what_only_a_run_can_find_is_an_error_with_its_place(tmp_path: Path, text: str, reason: str) -> None:
     result = result_of(written(tmp_path, text))
-    assert (result.outcome, reason in result.reason) == ("error", True), result.reason
+    assert (result.outcome, reason in result.report()) == ("error", True), result.report()
 
 
 def test_steps_go_on_after_all_is_met_and_a_run_of_steps_alone_waits_for_its_publications(tmp_path: Path) -> None:
