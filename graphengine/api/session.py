@@ -232,18 +232,21 @@ class Session(SessionWorld):
         return measurement
 
     @acting
-    def digest_output(self) -> OutputDigest:
+    def digest_output(self, *, everything: bool = False) -> OutputDigest:
         """Hash all messages that nodes publish from now on, and return the digest, whose `value` is that of the messages so far.
 
-        Equal files, seeds and calls give equal digests in all processes. Nodes publish only on topics that are latched or have
-        subscribers; with a recording, on all topics.
+        Equal files, seeds and calls give equal digests in all processes.
 
         >>> output, odom = sim.digest_output(), sim.subscribe("/dd100_0000/odom")
         >>> sim.step()
         >>> len(output.value)
         32
+
+        Args:
+            everything: whether nodes publish on all topics, as with a recording; else only on topics that are latched or have
+                subscribers.
         """
-        return OutputDigest(self._runner.network)
+        return OutputDigest(self._runner.network, everything)
 
     # Topics and services
 

@@ -100,7 +100,7 @@ class CaseOptions:
         scripts: whether graphs may run the Python code of their ScriptNodes.
         outputs: folder for the outputs of started programs; None keeps none.
         log: receives the messages of nodes, as the argument of `Scene.session`; None logs them.
-        digest: whether to compute the digest of the output.
+        digest: whether the digest of the output covers all topics, or only those with subscribers; None computes no digest.
         load: loads the scene, as `Scenario.load`.
         watch: called with the session before the first tick.
         at_end: called with the session and its expectations at the end of a run that did not pass, while the session is open.
@@ -111,7 +111,7 @@ class CaseOptions:
     scripts: bool = False
     outputs: Path | None = None
     log: Log | None = None
-    digest: bool = False
+    digest: bool | None = None
     load: Callable[..., Scene] = Scenario.load
     watch: Callable[[Session], object] = lambda session: None
     at_end: Callable[[Session, list[ExpectationCheck]], object] = lambda session, checks: None
@@ -169,7 +169,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     programs = Programs(scenario.path.parent, environ, outputs, options.programs)
     closing.callback(programs.close)
     play = _Play(scenario, Stage(session, programs))
-    output = session.digest_output() if options.digest else None
+    output = session.digest_output(everything=options.digest) if options.digest is not None else None
     try:
         play.begin(traced=options.record is not None)
         options.watch(session)
