@@ -9,8 +9,7 @@ from pydantic import Field, model_validator
 
 from graphengine.api.expectations import expectations
 from graphengine.api.expectations.expectations import Expectation
-from graphengine.format.durations import Duration, Period
-from graphengine.format.spec import FileSpec, NotNegative
+from graphengine.format.spec import Duration, FileSpec, NotNegative, Period
 from graphengine.format.wording import listing
 
 _PARTS = {

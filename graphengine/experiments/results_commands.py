@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 from graphengine.experiments.matrix import Pool, make_rows, say
-from graphengine.experiments.result_rows import Row, line, merged, read_rows
+from graphengine.experiments.result_rows import Row, identity, line, merged, read_rows, start_row
 from graphengine.experiments.results_report import counted, report
-from graphengine.experiments.runs import plan_runs, shard
+from graphengine.experiments.runs import Run, plan_runs, shard
 from graphengine.experiments.worker_process import RunSettings
 from graphengine.experiments.workers import Limits, ProcessPool
 from graphengine.format.atomic_write import write_together
@@ -46,8 +48,7 @@ def make_results(arguments: argparse.Namespace) -> int:
         say(f"interrupted; continue with --results {arguments.results} --resume")
         return STOPPED
     say(f"{len(runs)} runs: {counted(counts) or 'nothing left to do'}; see graphrun test show {arguments.results}")
-    rows = read_rows(arguments.results)
-    return EMPTY if not runs else FAILED if _missed(rows) else PASSED
+    return EMPTY if not runs else FAILED if _missed(runs, read_rows(arguments.results)) else PASSED
 
 
 def read_results(arguments: argparse.Namespace) -> int:
@@ -70,8 +71,16 @@ def read_results(arguments: argparse.Namespace) -> int:
     return PASSED
 
 
-def _missed(rows: list[Row]) -> bool:
-    return any(row["outcome"] in ("failed", "error") for row in rows)
+def _missed(runs: Sequence[Run], rows: Sequence[Row]) -> bool:
+    """Return whether one of the runs was an error, or more runs of a case failed than its scenario allows by `pass`."""
+    known = {identity(start_row(run)): run for run in runs}
+    made = [(known[key], row["outcome"]) for row in rows if (key := identity(row)) in known]
+    failures = Counter((run.bundle.scenario, run.case.name) for run, outcome in made if outcome == "failed")
+    excess = (
+        number - scenario.spec.runs + (scenario.spec.pass_ or scenario.spec.runs)
+        for (scenario, _), number in failures.items()
+    )
+    return any(outcome == "error" for _, outcome in made) or max(excess, default=0) > 0
 
 
 def _pool(arguments: argparse.Namespace) -> Pool:

@@ -19,12 +19,11 @@ from graphengine.experiments.metric_specs import MetricSpec
 from graphengine.experiments.steps import StepSpec
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load as load_document
-from graphengine.format.durations import Period
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file
 from graphengine.format.legal_names import Name
 from graphengine.format.scene_spec import LockstepSpecs, MoverSpec
-from graphengine.format.spec import FileSpec, Format
+from graphengine.format.spec import FileSpec, Format, Period
 from graphengine.format.spec_reader import Loaded, read
 from graphengine.format.wording import printable
 

@@ -16,9 +16,9 @@ from graphengine.api.session import Session
 from graphengine.api.session_control import RECORDED_COMMANDS
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.waiting import WaitSpec
-from graphengine.format.durations import Duration, Period, in_seconds
+from graphengine.format.durations import in_seconds
 from graphengine.format.errors import ExpectationError, UsageError
-from graphengine.format.spec import FileSpec, Spec
+from graphengine.format.spec import Duration, FileSpec, Period, Spec
 from graphengine.format.spec_reader import keys_of
 from graphengine.format.wording import listing
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import signal
 import socket
@@ -22,8 +23,6 @@ from graphengine.experiments.worker_process import GRACE, Place, RunSettings
 
 LOOK = 0.1
 """Time between two looks at the limits of a run, s."""
-TIME_LIMIT = 600.0
-"""Default limit of the wall time of a run, s."""
 TRIES = 2
 """Number of workers that a run may end before this is its result: one may have been ended from outside."""
 
@@ -38,8 +37,8 @@ class Limits:
         reruns: number of all runs with the same seed after one has failed; 1 for no more.
     """
 
-    seconds: float = TIME_LIMIT
-    memory: float = float("inf")
+    seconds: float = math.inf
+    memory: float = math.inf
     reruns: int = 1
 
 

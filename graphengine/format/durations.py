@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any
-
-from pydantic import BeforeValidator, Field
+from typing import Any
 
 _UNITS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
 
@@ -25,10 +23,3 @@ def seconds(text: str) -> float:
 def in_seconds(value: Any) -> Any:
     """Return a duration in seconds; a value that is no text is returned unchanged."""
     return seconds(value) if isinstance(value, str) else value
-
-
-_TEXT = BeforeValidator(in_seconds, json_schema_input_type=float | str)
-Duration = Annotated[float, Field(ge=0, le=1e6), _TEXT]
-"""A time such as 2s, 500ms, 2min, or a number of seconds."""
-Period = Annotated[float, Field(gt=0, le=1e6), _TEXT]
-"""A duration above 0."""

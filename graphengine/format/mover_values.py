@@ -19,6 +19,11 @@ def _padded(value: Any) -> Any:
     return [*value, 0.0] if isinstance(value, list) and len(value) == 2 else value
 
 
+def keys_of_stop(value: Any) -> Any:
+    """Return the keys of a point of a path that is given as a list."""
+    return {"at": value} if isinstance(value, list) else value
+
+
 def _shape(value: str) -> str:
     if value not in SHAPES and not re.search(r"[./]", value):
         near = did_you_mean(value, SHAPES) or f"legal: {', '.join(SHAPES)}, or the path of a mesh file"
@@ -40,7 +45,7 @@ Point = Annotated[
     BeforeValidator(_padded, json_schema_input_type=tuple[float, float] | tuple[float, float, float]),
 ]
 """A point [x, y, z]; [x, y] stands for [x, y, 0]."""
-Shape = Annotated[str, AfterValidator(_shape)]
+Shape = Annotated[str, AfterValidator(_shape), Field(examples=[*SHAPES])]
 Loop = Annotated[
     bool | Literal["there_and_back"],
     BeforeValidator(_loop, json_schema_input_type=bool | Literal["there_and_back"]),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from graphengine.format.durations import Duration, Period
 from graphengine.format.legal_names import Name, Namespace, PrimPath
-from graphengine.format.mover_values import Corner, Loop, Point, Shape
-from graphengine.format.spec import FileSpec, Format, GraphUse, Positive, RobotUse
+from graphengine.format.mover_values import Corner, Loop, Point, Shape, keys_of_stop
+from graphengine.format.spec import Duration, FileSpec, Format, GraphUse, Period, Positive, RobotUse
 
 
 class PhysicsSpec(FileSpec):
@@ -75,10 +74,8 @@ class MoverStop(FileSpec):
     pause: Duration = 0.0
     """How long the mover stands at this point, such as 2s."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _short_form(cls, data: Any) -> Any:
-        return {"at": data} if isinstance(data, list) else data
+
+Stop = Annotated[MoverStop, BeforeValidator(keys_of_stop, json_schema_input_type=MoverStop | Point)]
 
 
 class MoverSpec(FileSpec):
@@ -88,7 +85,7 @@ class MoverSpec(FileSpec):
     """`person`, `forklift`, `box` (which needs a `size`), or the path of a mesh file."""
     size: Annotated[tuple[Positive, Positive, Positive], Field(strict=False)] | None = None
     """Length, width and height of a box, m."""
-    path: Annotated[tuple[MoverStop, ...], Field(strict=False, max_length=1000)] | None = None
+    path: Annotated[tuple[Stop, ...], Field(strict=False, max_length=1000)] | None = None
     """Points of the path, as a list of [x, y], [x, y, z] or {at: [x, y], pause: 2s}."""
     region: Annotated[tuple[Corner, Corner], Field(strict=False)] | None = None
     """Two opposite corners of a rectangle in which the mover walks between random free points; an alternative to `path`."""

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from graphengine.format.durations import in_seconds
 from graphengine.format.key_docs import key_docs
 from graphengine.format.legal_names import Name, NamespacePattern, PrimPath, RobotPath
 from graphengine.format.wording import shown
@@ -64,6 +65,11 @@ Direction = Annotated[Vector, AfterValidator(_not_zero)]
 Connection = Annotated[str, Field(max_length=1000)]
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+_DURATION = BeforeValidator(in_seconds, json_schema_input_type=float | str)
+Duration = Annotated[float, Field(ge=0, le=1e6), _DURATION]
+"""A time such as 2s, 500ms, 2min, or a number of seconds."""
+Period = Annotated[float, Field(gt=0, le=1e6), _DURATION]
+"""A duration above 0."""
 Gain = Annotated[float, Field(ge=0, le=1e12)]
 Speed = Annotated[float, Field(ge=-1e10, le=1e10)]
 Format = Annotated[

@@ -86,6 +86,33 @@ def test_a_failed_case_is_repeated_on_request(tmp_path: Path) -> None:
     assert failed["rerun"] == "failed always, in 3 of 3"
 
 
+NOISY = """
+scenario: noisy
+scene: scene.yaml
+runs: 3
+pass: PASS
+expect: [{always: port("Script.number") < LIMIT}]
+metrics: {number: {final: port("Script.number")}}
+stop: {after: 0.01s}
+"""
+
+
+def test_as_many_runs_of_a_case_may_fail_as_the_scenario_allows(tmp_path: Path) -> None:
+    scenario = write_scenario(tmp_path, [], [])
+
+    def noisy(passes: int, limit: float, code: int) -> list[float]:
+        text = NOISY.replace("PASS", str(passes)).replace("LIMIT", str(limit))
+        scenario.write_text(text, encoding="utf-8")
+        run(tmp_path, "--results", "rows.jsonl", "--resume", code=code)
+        lines = (tmp_path / "rows.jsonl").read_text(encoding="utf-8").splitlines()
+        return sorted(json.loads(line)["metrics"]["number"] for line in lines[-3:])
+
+    _, second, largest = noisy(3, 9.0, 0)
+    limit = (second + largest) / 2  # which one of three runs exceeds
+    noisy(3, limit, 1)
+    noisy(2, limit, 0)
+
+
 def test_only_one_process_writes_to_a_results_file(tmp_path: Path) -> None:
     first = ResultsFile(tmp_path / "rows.jsonl", resume=True)
     with pytest.raises(UsageError, match="another process writes to this file"):

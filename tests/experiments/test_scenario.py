@@ -49,7 +49,7 @@ def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path
         ("do: [fly: 3]\n", ["unknown key 'fly'", "publish, wait, call, action, start"]),
         (
             "do: [publish: {topic: /a, message: {}, every: soon}]\n",
-            ["expected a duration such as 3s, 500ms or 2min, got 'soon'"],
+            ["every: 'soon' is not a time; write 10, 10s, 500ms or 2min"],
         ),
         ("do: [push: {entity: a, force: [1, 2]}]\n", ["force: expected 3 values, got 2"]),
         ("do: [{parallel: [[wait: 1s], [parallel: []]]}]\n", ["unknown key 'parallel'"]),

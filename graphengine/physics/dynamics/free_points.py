@@ -11,7 +11,7 @@ import numpy as np
 
 from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.descriptions.routes import Route
-from graphengine.physics.dynamics.mover_motion import Motion, Place, along, random_walk
+from graphengine.physics.dynamics.mover_motion import MoverMotion, Place, along, random_walk
 from graphengine.physics.dynamics.overlaps import distances
 from graphengine.physics.model.surface_joints import SUFFIX
 
@@ -25,12 +25,12 @@ _STEP = 0.25
 """Distance of the places on a straight way at which obstacles are searched, m."""
 
 
-def motion_of(model: mujoco.MjModel, name: str, route: Route) -> Motion:
+def motion_of(model: mujoco.MjModel, name: str, route: Route) -> MoverMotion:
     """Return the motion of a mover; it stands still in a region without ways between free points."""
     ways = free_ways(model, name, route) if route.region is not None else {}
     if ways:
-        return Motion(lambda seed: random_walk(route, name, ways, seed))
-    return Motion(lambda _: along(route), stuck=route.region is not None)
+        return MoverMotion(lambda seed: random_walk(route, name, ways, seed))
+    return MoverMotion(lambda _: along(route), stuck=route.region is not None)
 
 
 def free_ways(model: mujoco.MjModel, name: str, route: Route) -> dict[Place, list[Place]]:

@@ -33,7 +33,7 @@ class Piece(NamedTuple):
     velocity: Coordinates
 
 
-class Motion:
+class MoverMotion:
     """The motion of a mover, a function of time and seed.
 
     Args:

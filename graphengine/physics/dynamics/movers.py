@@ -16,7 +16,7 @@ from typing import Any, Self
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.routes import route_from, routes_of
 from graphengine.physics.dynamics.free_points import motion_of
-from graphengine.physics.dynamics.mover_motion import Coordinates, Motion
+from graphengine.physics.dynamics.mover_motion import Coordinates, MoverMotion
 
 
 class Movers:
@@ -35,7 +35,7 @@ class Movers:
         self.walking = True
         self.due = math.inf
         self._clock = tick[0], tick[1] * substeps, substeps
-        self._motions: dict[str, tuple[str, Motion]] = {}
+        self._motions: dict[str, tuple[str, MoverMotion]] = {}
         """Text of the route of each mover, and its motion."""
         self._positions = self._speeds = memoryview(array("d"))
         self._origins: list[tuple[Coordinates, int]] = []
