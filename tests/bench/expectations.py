@@ -1,8 +1,8 @@
 """What ten expectations cost a tick of a scene: sessions with and without them, in turns of half a second in one process.
 
-`python tests/bench/expectations.py [ROUNDS]` prints the milliseconds a tick, and the median of the ratios of neighbouring turns.
-All sessions drive, and have a subscription of the scan, as other programs would; a second session without expectations shows how
-far chance goes. Nothing is asserted.
+`python tests/bench/expectations.py [ROUNDS] [RAYS]` prints the milliseconds a tick, and the median of the ratios of neighbouring
+turns. All sessions drive, and have a subscription of the scan, as other programs would; a second session without expectations
+shows how far chance goes. Nothing is asserted.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import statistics
 import sys
 import time
 from contextlib import ExitStack
+from typing import Any
 
 import graphengine as ge
 
@@ -32,11 +33,11 @@ EXPECTATIONS = (
 )
 
 
-def main(rounds: int) -> None:
+def main(rounds: int, rays: Any) -> None:
     """Run and print."""
     times: dict[str, list[float]] = {name: [] for name in ("without", "again", "with")}
     with ExitStack() as stack:
-        sessions = {name: stack.enter_context(ge.load("dd100_warehouse").session()) for name in times}
+        sessions = {name: stack.enter_context(ge.load("dd100_warehouse", rays=rays).session()) for name in times}
         for session in sessions.values():
             session.subscribe(SCAN, keep=1)
             session.subscribe(ODOM, keep=1)
@@ -56,4 +57,4 @@ def main(rounds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int((sys.argv[1:2] or ["60"])[0]))
+    main(int((sys.argv[1:2] or ["60"])[0]), (sys.argv[2:3] or ["auto"])[0])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.cli import main
 from graphengine.experiments.bag_case import IGNORED, bag_case, judge_on_bag
 from tests.api.expectations.bag_writing import LENGTH, driving, write_bag
 from tests.experiments.harness import DRIVING, scenario_of, written
@@ -74,3 +75,11 @@ def test_graphrun_test_writes_the_same_junit(tmp_path: Path, bag: Path) -> None:
         "unfit[real]": {"error"},
         "steps[real]": {"skipped"},
     }
+
+
+@pytest.mark.parametrize("option", [("--results", "rows.jsonl"), ("--rerun", "3"), ("--record-failures", "kept")])
+def test_what_needs_a_simulation_is_refused(
+    bag: Path, option: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["test", "--bag", str(bag), *option]) == 2
+    assert f"{option[0]}: not with --bag, which simulates nothing" in capsys.readouterr().err
