@@ -24,6 +24,7 @@ from graphengine.experiments.stage import Stage
 from graphengine.experiments.steps import Ticks, perform_all
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.wording import printable
 
 Result = Literal["passed", "failed", "error", "skipped"]
 LOOK = 0.1
@@ -86,7 +87,7 @@ class CaseResult:
         lines = [self.reason] if self.reason else []
         lines += [f"{check.place}: {check.report}" for check in self.checks if check.outcome in ("failed", "error")]
         lines += [f"kept: {self.kept}"] if self.kept is not None else []
-        return "\n".join(lines)
+        return "\n".join(map(printable, "\n".join(lines).split("\n")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -228,7 +229,7 @@ class _Play:
 
     def advance(self, session: Session) -> bool:
         """Continue the steps between two ticks; return whether the run is over."""
-        if session.decided():
+        if session.decided() and not (self.unfinished and all(check.outcome == "passed" for check in self.checks)):
             return True
         self._stage.end_publications()
         if self.unfinished:
@@ -236,7 +237,7 @@ class _Play:
         if abs(session.time - self._looked) >= LOOK:
             self._looked = session.time
             self._stage.programs.check()
-        return not self.checks and not self.unfinished
+        return not self.checks and not self.unfinished and not self._stage.ending and session.tick > 0
 
     def end(self) -> None:
         """Decide what is open, unless a failure has ended the run early."""
@@ -258,8 +259,8 @@ def check_result(scenario: Scenario, index: int, check: ExpectationCheck) -> Che
 
 
 def _is_there(name: str) -> bool:
-    """Return whether a Python package or a program of this name is installed."""
+    """Return whether a Python package or a program of this name is installed; nothing is imported."""
     try:
-        return importlib.util.find_spec(name) is not None or shutil.which(name) is not None
+        return importlib.util.find_spec(name.partition(".")[0]) is not None or shutil.which(name) is not None
     except (ImportError, ValueError):
         return shutil.which(name) is not None

@@ -87,6 +87,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
         print(json.dumps(ScenarioSpec.model_json_schema(), indent=2))
         return 0
+    unfit = [option for option in ("results", "rerun", "record_failures") if getattr(arguments, option)]
+    if arguments.bag is not None and unfit:
+        raise UsageError(f"--{unfit[0].replace('_', '-')}: not with --bag, which simulates nothing")
     if reads_results(arguments.paths):
         from graphengine.experiments.results_commands import read_results
 

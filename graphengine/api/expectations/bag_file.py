@@ -80,15 +80,12 @@ class BagFile:
         Raises:
             UsageError: the bag has no such topic, or the type is not defined.
         """
-        found = {one.msgtype: one for one in self.connections if one.topic == topic}
-        if not found:
+        found = next((one for one in self.connections if one.topic == topic), None)
+        if found is None:
             names = {one.topic for one in self.connections if not one.topic.startswith(mcap_schema.HIDDEN)}
             near = did_you_mean(topic, names) or listing(sorted(names), "topics")
             raise UsageError(f"the bag has no topic {shown(topic)}\n  {near}")
-        if len(found) > 1:
-            raise UsageError(f"topic {topic}: its messages have several types; {listing(sorted(found), 'types')}")
-        (connection,) = found.values()
-        return connection.msgtype, _definitions(topic, connection)
+        return found.msgtype, _definitions(topic, found)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[tuple[int, str, bytes]]:
         """Yield log time, ns, topic and data of the messages of topics in the order of time; None stands for all topics.

@@ -205,6 +205,10 @@ class _Topic:
             self._message = messages.decode(self._data, self._type, self._definitions)
         return self._message
 
+    def newest(self, count: int) -> list[Any]:
+        """Return the newest message if `count` is above 0: each message is judged by itself."""
+        return [self.latest] if count > 0 and self._data else []
+
     def nanoseconds(self, data: bytes) -> int:
         """Return the time, ns, that a message of `/clock` contains."""
         time = messages.decode(data, self._type, self._definitions).clock
