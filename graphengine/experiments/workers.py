@@ -16,10 +16,11 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
+from graphengine.api.scene_files import UnpackedScene
 from graphengine.experiments.result_rows import WALL, Row, start_row
 from graphengine.experiments.runs import Run
 from graphengine.experiments.statistics import rerun_text
-from graphengine.experiments.worker_process import GRACE, Place, RunSettings
+from graphengine.experiments.worker_process import GRACE, RunSettings
 
 LOOK = 0.1
 """Time between two looks at the limits of a run, s."""
@@ -64,7 +65,7 @@ class Worker:
         words = _facts(self._process.pid, "statm") if self._process is not None else []
         return int(words[1]) * os.sysconf("SC_PAGE_SIZE") if words else 0
 
-    def begin(self, run: Run, place: Place = None) -> None:
+    def begin(self, run: Run, place: UnpackedScene | None = None) -> None:
         """Begin a run; `place` is that of its unpacked scene."""
         self._run, self._place = run, place
         self._tries = self._runs = self._failures = 0
