@@ -80,6 +80,8 @@ class Runner:
         self.closed = False
         self.running = False
         """Whether `run` or `step` is executing ticks or callbacks."""
+        self.cut_short = False
+        """Whether a failed expectation has ended the last run."""
         self.recorder: Recorder | None = None
         self.feed: Feed | None = None
         """Feed that sends the session's state to the web page; None until the page is opened."""
@@ -339,7 +341,7 @@ class Runner:
         """
         if self.running:
             raise StateError("the session is running: `until` and other callbacks must not run ticks")
-        self.running, pressed, error = True, False, None
+        self.running, self.cut_short, pressed, error = True, False, False, None
 
         def end(number: int, frame: FrameType | None) -> None:
             nonlocal pressed

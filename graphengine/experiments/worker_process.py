@@ -39,11 +39,13 @@ class RunSettings:
     Attributes:
         programs: whether scenarios may start programs.
         scripts: whether graphs may run the Python code of their ScriptNodes.
+        digest_all: whether nodes publish on all topics, so that the digest of the output covers them.
         make: makes a run and returns its row; a benchmark has its own.
     """
 
     programs: bool = False
     scripts: bool = False
+    digest_all: bool = False
     make: Callable[[Run, RunSettings, Scenes], Row] | None = None
 
 
@@ -78,7 +80,7 @@ def make_run(run: Run, settings: RunSettings, scenes: Scenes) -> Row:
     options = CaseOptions(
         programs=settings.programs,
         scripts=settings.scripts,
-        digest=True,
+        digest=settings.digest_all,
         load=scenes.load,
         log=lambda severity, node, text: None,
     )
@@ -100,10 +102,9 @@ def main() -> None:
     settings: RunSettings = orders.get()
     try:
         while True:
-            key, bundle, place, case, number = orders.get()
-            if bundle is not None:
-                bundles[key] = bundle
-                scenes.places[bundle.scenario.path] = place
+            key, new, case, number = orders.get()
+            if new is not None:
+                bundles[key], scenes.places[new[0].scenario.path] = new
             pipe.send((settings.make or make_run)(Run(bundles[key], case, number), settings, scenes))
     except KeyboardInterrupt:
         pass

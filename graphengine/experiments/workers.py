@@ -61,11 +61,8 @@ class Worker:
     @property
     def memory(self) -> int:
         """Resident memory of the process, bytes; 0 without a process, or if the system does not tell."""
-        try:
-            statm = Path(f"/proc/{self._process.pid if self._process else 0}/statm").read_text()
-        except OSError:
-            return 0
-        return int(statm.split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        words = _facts(self._process.pid, "statm") if self._process is not None else []
+        return int(words[1]) * os.sysconf("SC_PAGE_SIZE") if words else 0
 
     def begin(self, run: Run, place: Place = None) -> None:
         """Begin a run; `place` is that of its unpacked scene."""
@@ -82,10 +79,15 @@ class Worker:
             row = self._crashed()
         return self._counted(row) if row is not None else None
 
-    def close(self) -> None:
-        """End the process, after a run that goes on has closed its session and its programs."""
+    def part(self) -> None:
+        """Let the process end, without waiting."""
         if self._process is not None:
             self.pipe.close()
+
+    def close(self) -> None:
+        """End the process, after a run that goes on has closed its session and its programs."""
+        self.part()
+        if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(GRACE + 1.0)
             self._kill()
@@ -95,13 +97,11 @@ class Worker:
             self._start()
         bundle = self._run.bundle
         key = f"{bundle.scenario.path} {bundle.inputs}"
-        known = key in self._known
+        new = None if key in self._known else (bundle, self._place)
         self._known.add(key)
         self._begin = self._looked = time.monotonic()
         with contextlib.suppress(OSError):  # `look` finds that the process has ended
-            self.pipe.send(
-                (key, None if known else bundle, None if known else self._place, self._run.case, self._run.number)
-            )
+            self.pipe.send((key, new, self._run.case, self._run.number))
 
     def _start(self) -> None:
         ours, theirs = socket.socketpair()
@@ -124,12 +124,11 @@ class Worker:
         if now - self._looked < LOOK or self._process is None:
             return None
         self._looked = now
-        reason = ""
         if now - self._begin > self._limits.seconds:
             reason = f"no result after {self._limits.seconds:g} s of wall time (--time-limit)"
         elif self.memory > self._limits.memory:
             reason = f"its process used more than {self._limits.memory / 1e6:.0f} MB of memory (--memory-limit)"
-        if not reason:
+        else:
             return None
         self._kill()
         return self._error(reason)
@@ -167,11 +166,11 @@ class Worker:
         assert process is not None
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(patience)
-        programs = _children(process.pid)
+        programs = _facts(process.pid, f"task/{process.pid}/children")
         process.kill()
         for program in programs:
             with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(program, signal.SIGKILL)
+                os.killpg(int(program), signal.SIGKILL)
         self.pipe.close()
         return process.wait()
 
@@ -205,13 +204,16 @@ class ProcessPool:
                     yield row
 
     def close(self) -> None:
-        """End the processes."""
+        """End the processes, all at the same time."""
+        for worker in self.workers:
+            worker.part()
         for worker in self.workers:
             worker.close()
 
 
-def _children(process: int) -> list[int]:
+def _facts(process: int, name: str) -> list[str]:
+    """Return the words of a file that Linux has for a process; an empty list if there is none."""
     try:
-        return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+        return Path(f"/proc/{process}/{name}").read_text(encoding="ascii").split()
     except OSError:
         return []

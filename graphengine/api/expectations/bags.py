@@ -199,6 +199,10 @@ class _Topic:
     def latest(self) -> Any:
         return self._decode(self._data) if self._data else None
 
+    def newest(self, count: int) -> list[Any]:
+        """Return the newest message if `count` is above 0: each message is judged by itself."""
+        return [self.latest] if count > 0 and self._data else []
+
     def nanoseconds(self, data: bytes) -> int:
         """Return the time, ns, that a message of `/clock` contains."""
         time = self._decode(data).clock

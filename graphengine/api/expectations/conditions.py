@@ -10,6 +10,7 @@ import ast
 import contextlib
 import math
 import operator
+from abc import abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -18,6 +19,7 @@ import numpy as np
 
 from graphengine.api.expectations.operators import Sample
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import printable, shown
 from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
 
@@ -59,13 +61,23 @@ _COMPARISONS: Mapping[type[ast.cmpop], _Comparison] = {
 
 
 def _below(a: Any, b: Any) -> Sample:
-    margin = b - a
-    return Sample(bool(a < b), float(margin)) if margin == margin else _certain(bool(a < b))
+    return _ordered(bool(a < b), b - a, a, b)
 
 
 def _at_most(a: Any, b: Any) -> Sample:
-    margin = b - a
-    return Sample(bool(a <= b), float(margin)) if margin == margin else _certain(bool(a <= b))
+    return _ordered(bool(a <= b), b - a, a, b)
+
+
+def _ordered(held: bool, margin: Any, a: Any, b: Any) -> Sample:
+    if margin == margin:
+        return Sample(held, float(margin))
+    _refuse_nan(a, b)
+    return _certain(held)  # both sides are infinite
+
+
+def _refuse_nan(*sides: Any) -> None:
+    if any(isinstance(side, float) and side != side for side in sides):
+        raise ValueError("a side of a comparison is not a number (NaN)")
 
 
 _ORDERS: Mapping[type[ast.cmpop], tuple[str, int]] = {
@@ -81,6 +93,14 @@ class NoValueError(Exception):
     """A reading has no value yet, such as the message of a topic on which none has arrived."""
 
 
+class ReadingState(Stateful):
+    """What a reading remembers between ticks; checkpoints contain it."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Begin anew at the present time, because the time was reset."""
+
+
 @dataclass(frozen=True, slots=True)
 class Reading:
     """A value of the session that an expression reads.
@@ -89,15 +109,33 @@ class Reading:
         read: returns the present value, or raises NoValueError.
         kind: kind of the value.
         fields: kinds of the fields of a record.
+        state: what the reading remembers between ticks; None if it remembers nothing.
     """
 
     read: Callable[[], Any]
     kind: Kind = "number"
     fields: Mapping[str, Kind] = field(default_factory=dict)
+    state: ReadingState | None = None
 
 
 Readings = Mapping[str, Callable[..., Reading]]
 """Functions of expressions by name; a function gets the constant arguments of a call and returns the reading."""
+
+
+def parse(text: str, readings: Iterable[str]) -> ast.expr:
+    """Return the syntax tree of an expression that only uses these readings and functions, and no forbidden syntax.
+
+    Raises:
+        UsageError: the text is not a legal expression.
+    """
+    try:
+        compiled(text, known=(*readings, *FUNCTIONS))
+        return ast.parse(text.strip(), mode="eval").body
+    except SyntaxError as error:
+        place = f"\n  {printable(text.strip())}\n  {' ' * ((error.offset or len(text.strip()) + 1) - 1)}^"
+        raise UsageError(f"not an expression: {error.msg}{place}") from None
+    except (ForbiddenError, ValueError) as error:
+        raise UsageError(f"{printable(text)}: {error}") from None
 
 
 class Expression:
@@ -116,17 +154,16 @@ class Expression:
 
     def __init__(self, text: str, readings: Readings) -> None:
         self.text = text
+        binder = _Binder(readings)
+        tree = parse(text, readings)
         try:
-            binder = _Binder(readings)
-            compiled(text, known=(*readings, *FUNCTIONS))
-            tree = binder.visit(ast.parse(text.strip(), mode="eval").body)
-        except SyntaxError as error:
-            place = f"\n  {printable(text.strip())}\n  {' ' * ((error.offset or len(text.strip()) + 1) - 1)}^"
-            raise UsageError(f"not an expression: {error.msg}{place}") from None
-        except (ForbiddenError, ValueError) as error:
+            tree = binder.visit(tree)
+        except ValueError as error:
             raise UsageError(f"{printable(text)}: {error}") from None
         self._bound = binder.bound
         self._names = binder.names
+        self.states = [reading.state for reading in binder.bound.values() if reading.state is not None]
+        """What the readings remember between ticks."""
         self._evaluate = self._compiled(tree)
 
     def number(self) -> float | None:
@@ -226,7 +263,7 @@ class Condition(Expression):
 
     The margin of a comparison of numbers is the difference of its sides; of an equality, the negative absolute difference.
     `and` has the smaller margin of its parts, `or` the larger one, and `not` the opposite one. All other values have an infinite
-    margin.
+    margin. All parts are evaluated in every tick: a reading without a value leaves the whole condition without one.
 
     >>> Condition("1 < limit() and limit() <= 4", {"limit": lambda: Reading(lambda: 3.0)}).sample()
     Sample(holds=True, margin=1.0)
@@ -303,6 +340,7 @@ def _compared(operators: Sequence[_Comparison], sides: Sequence[Callable[[], Any
 
 def _pair(operators: _Comparison, first: Any, second: Any) -> Sample:
     holds, margin = operators
+    _refuse_nan(first, second)
     held = bool(holds(first, second))
     try:
         difference = float(margin(first, second))
@@ -340,19 +378,22 @@ class _Binder(ast.NodeTransformer):
             return self.generic_visit(node)
         try:
             arguments = [ast.literal_eval(argument) for argument in node.args]
-        except ValueError:
+            named = {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in node.keywords}
+        except (TypeError, ValueError):
             raise ValueError(f"the arguments of {node.func.id} must be constants") from None
-        return self._bind(node, node.func.id, arguments)
+        return self._bind(node, node.func.id, arguments, named)
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
-        return self._bind(node, node.id, []) if node.id in self._readings else node
+        return self._bind(node, node.id, [], {}) if node.id in self._readings else node
 
-    def _bind(self, node: ast.expr, function: str, arguments: list[Any]) -> ast.Name:
+    def _bind(self, node: ast.expr, function: str, arguments: list[Any], named: dict[str, Any]) -> ast.Name:
         text = ast.unparse(node)
         if text not in self.names:
             try:
-                reading = self._readings[function](*arguments)
-            except TypeError as error:
+                reading = self._readings[function](*arguments, **named)
+            except GraphError:
+                raise
+            except Exception as error:  # of arguments of another type or number than the function expects
                 raise ValueError(str(error).replace(f"{function}()", function)) from None
             self.names[text] = f"reading_{len(self.bound)}"
             self.bound[self.names[text]] = reading

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Condition, Readings
+from graphengine.api.expectations.conditions import Condition, Readings, ReadingState
 from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
 from graphengine.api.expectations.readings import Source, readings_of
 from graphengine.api.expecting import Check, Outcome
@@ -109,12 +109,12 @@ def rate(topic: str, at_least: float = 0.0, at_most: float = math.inf, over: flo
     """
     parts = [f"at least {at_least:g}" * (at_least > 0.0), f"at most {at_most:g}" * (at_most < math.inf)]
     text = f"rate of {topic}: {' and '.join(filter(None, parts)) or 'any'} Hz in each {over:g} s"
-    return Expectation(text, (f"{at_least!r} <= rate({topic!r}, {over!r}) <= {_number(at_most)}",), Always)
+    return Expectation(text, (_bounded(f"rate({topic!r}, {float(over)!r})", at_least, at_most),), Always)
 
 
 def latency(topic: str, at_most: float) -> Expectation:
     """Expect the messages of a topic to arrive at most `at_most` seconds of simulation after their stamp."""
-    return Expectation(f"latency of {topic}: at most {at_most:g} s", (f"age({topic!r}) <= {at_most!r}",), Always)
+    return Expectation(f"latency of {topic}: at most {at_most:g} s", (f"age({topic!r}) <= {float(at_most)!r}",), Always)
 
 
 def _shown(value: Any) -> str:
@@ -129,8 +129,11 @@ def _shown(value: Any) -> str:
     return str(value)
 
 
-def _number(value: float) -> str:
-    return "inf" if math.isinf(value) else repr(value)
+def _bounded(value: str, least: float, most: float) -> str:
+    """Return the condition that a value is not below `least`, if this is above 0, and not above `most`, if this is finite."""
+    if math.isinf(most):
+        return f"{float(least)!r} <= {value}"
+    return f"{float(least)!r} <= {value} <= {float(most)!r}" if least > 0.0 else f"{value} <= {float(most)!r}"
 
 
 def _duration(seconds: float) -> float:
@@ -160,6 +163,20 @@ class ExpectationCheck(Check):
         """Time, s, and margin of each sample; None unless the caller sets a list before the run."""
         self._begin()
 
+    def save(self) -> Any:
+        """Return a copy of the state of the judgement and of its readings."""
+        return super().save(), [state.save() for state in self._states()]
+
+    def restore(self, saved: Any) -> None:
+        """Return to a saved state."""
+        own, states = saved
+        super().restore(own)
+        for state, kept in zip(self._states(), states, strict=True):
+            state.restore(kept)
+
+    def _states(self) -> list[ReadingState]:
+        return [state for condition in self._conditions for state in condition.states]
+
     def _begin(self) -> None:
         self._operator = self.expectation.make()
         self._operator.begin = self._time()
@@ -179,8 +196,10 @@ class ExpectationCheck(Check):
 
     def after_tick(self, frame: int) -> None:
         """Judge the state after a tick; `frame` is the number of ticks since the start or since the last reset of the time."""
-        if frame < self._frame:
+        if frame <= self._frame:  # time was reset
             self._begin()
+            for state in self._states():
+                state.reset()
         self._frame = frame
         if self._error:
             return

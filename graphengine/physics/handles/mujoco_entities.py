@@ -167,11 +167,10 @@ class MujocoEntities:
                 found[other] = min(distance, found.get(other, math.inf))
         return dict(sorted(found.items(), key=lambda item: item[1]))
 
-    def fixed_around(self, name: str) -> str:
-        """Return the name of something fixed to the world that an entity overlaps, except for floors; empty if there is none."""
+    def fixed_around(self, body: str) -> str:
+        """Return the name of something fixed to the world that a topmost body overlaps, except for floors; empty without one."""
         model, data = self._simulation.model, self._simulation.data
-        root = self._only_root(name, self._find(name))
-        found = distances(model, data, root, -LEAST)
+        found = distances(model, data, int(model.body(body).id), -LEAST)
         return next((self._owner(geom) for geom in found if not model.body_weldid[model.geom_bodyid[geom]]), "")
 
     def _copy_at(
