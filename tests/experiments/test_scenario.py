@@ -47,7 +47,10 @@ def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path
         ("expect: [{rate: {topc: /a, at_least: 3}}]\n", ["unknown key 'topc'", "did you mean 'topic'?"]),
         ("expect: [rate: {topic: /a}]\n", ["'rate' needs a limit: at_least, at_most or both"]),
         ("expect: [count: time > 1]\n", ["'count' needs a limit"]),
-        ("expect: [always: tlt < 0.1]\n", ["4:10: error G109: tlt < 0.1: there is no name 'tlt'", "did you mean 'tilt'?"]),
+        (
+            "expect: [always: tlt < 0.1]\n",
+            ["4:10: error G109: tlt < 0.1: there is no name 'tlt'", "did you mean 'tilt'?"],
+        ),
         ("expect: [always: rate(]\n", ["4:10: error G109: not an expression"]),
         ("do: [{parallel: [[wait: tme > 1]]}]\n", ["there is no name 'tme'"]),
         (f"matrix: {{A.x: [1, 1.0, '1']}}\n{EXPECTED}", ["2 cases have the name tried[1]"]),
@@ -92,7 +95,8 @@ def test_what_only_a_run_can_find_is_an_error_with_its_place(tmp_path: Path, tex
 def test_steps_go_on_after_all_is_met_and_a_run_of_steps_alone_waits_for_its_publications(tmp_path: Path) -> None:
     met_early = "do: [wait: 1s]\nexpect:\n  - within: 10s\n    reach: time > 0.2\n"
     result = result_of(written(tmp_path, met_early))
-    assert (result.outcome, result.time) == ("passed", pytest.approx(1.0, abs=0.02))
+    assert result.outcome == "passed"
+    assert result.time == pytest.approx(1.0, abs=0.02)
     sends = "do: [publish: {topic: /dd100_0000/cmd_vel, message: {}, every: 0.1s, for: 0.5s}]\n"
     assert result_of(written(tmp_path, sends)).time == pytest.approx(0.5, abs=0.02)
 

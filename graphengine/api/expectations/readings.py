@@ -24,7 +24,7 @@ _kept: WeakKeyDictionary[Session, dict[str, Reading]] = WeakKeyDictionary()
 """The readings of bodies of each session, by function and arguments."""
 _POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
 _VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
-MOST = 100
+KEPT = 100
 """Largest number of messages of one tick whose ages are compared."""
 WORLD = ("port", "pose", "velocity", "tilt", "distance", "contact")
 """Names of the functions whose values only a session has."""
@@ -201,7 +201,7 @@ class _Arrivals(ReadingState):
 
     def __init__(self, source: Source, topic: str) -> None:
         self._source = source
-        self._arrivals = source.subscribe(topic, keep=MOST)
+        self._arrivals = source.subscribe(topic, keep=KEPT)
         self._last = 0
         """Number of messages that had arrived at the last reading."""
         self._tick = -1

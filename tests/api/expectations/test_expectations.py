@@ -221,21 +221,21 @@ def test_the_oldest_message_of_a_tick_counts_for_the_latency(sim: ge.Session) ->
 
     check = sim.expect(latency(ODOM, 0.5))
     sim.run(2.0)
-    assert check.outcome == "open"
+    outcomes = [check.outcome]
     stamped(0.0)
     stamped(2.1)
     sim.step()
-    assert check.outcome == "failed"
+    assert [*outcomes, check.outcome] == ["open", "failed"]
 
 
 def test_a_judged_failure_does_not_end_later_runs(sim: ge.Session) -> None:
     sim.expect(always("time < 0.1"))
     sim.run(1.0, until=sim.decided)
-    with pytest.raises(ExpectationError, match="failed: always time < 0.1"):
+    with pytest.raises(ExpectationError, match=r"failed: always time < 0\.1"):
         sim.judge()
     sim.expect(within(0.5, "time > 5"))
     assert sim.run(1.0, until=sim.decided)
-    with pytest.raises(ExpectationError, match="failed: within 0.5 s: time > 5"):
+    with pytest.raises(ExpectationError, match=r"failed: within 0\.5 s: time > 5"):
         sim.judge()
 
 
