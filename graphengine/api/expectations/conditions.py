@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import math
-import operator
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
+from graphengine.api.expectations.comparisons import COMPARISONS, ORDERS, certain, compared, joined
 from graphengine.api.expectations.operators import Sample
 from graphengine.format.errors import GraphError, UsageError
 from graphengine.format.stateful import Stateful
@@ -46,47 +45,6 @@ _NUMERIC = (
 _COLLECTIVE = ("len", "max", "min", "sum")
 _CONSTANTS = ("e", "inf", "nan", "pi", "tau")
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod)
-_Comparison = tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]
-_COMPARISONS: Mapping[type[ast.cmpop], _Comparison] = {
-    ast.Lt: (operator.lt, lambda a, b: b - a),
-    ast.LtE: (operator.le, lambda a, b: b - a),
-    ast.Gt: (operator.gt, lambda a, b: a - b),
-    ast.GtE: (operator.ge, lambda a, b: a - b),
-    ast.Eq: (operator.eq, lambda a, b: -abs(a - b)),
-    ast.NotEq: (operator.ne, lambda a, b: abs(a - b)),
-    ast.In: (lambda a, b: a in b, lambda a, b: math.nan),
-    ast.NotIn: (lambda a, b: a not in b, lambda a, b: math.nan),
-}
-"""The operator and the margin of each comparison; NaN stands for an infinite margin."""
-
-
-def _below(a: Any, b: Any) -> Sample:
-    return _ordered(bool(a < b), b - a, a, b)
-
-
-def _at_most(a: Any, b: Any) -> Sample:
-    return _ordered(bool(a <= b), b - a, a, b)
-
-
-def _ordered(held: bool, margin: Any, a: Any, b: Any) -> Sample:
-    if margin == margin:
-        return Sample(held, float(margin))
-    _refuse_nan(a, b)
-    return _certain(held)  # both sides are infinite
-
-
-def _refuse_nan(*sides: Any) -> None:
-    if any(isinstance(side, float) and side != side for side in sides):
-        raise ValueError("a side of a comparison is not a number (NaN)")
-
-
-_ORDERS: Mapping[type[ast.cmpop], tuple[str, int]] = {
-    ast.Lt: ("_below", 1),
-    ast.LtE: ("_at_most", 1),
-    ast.Gt: ("_below", -1),
-    ast.GtE: ("_at_most", -1),
-}
-"""The function that compares two numbers, the most frequent condition, in one call, and the order of its arguments."""
 
 
 class NoValueError(Exception):
@@ -216,9 +174,9 @@ class Expression:
         return self._plain(node)
 
     def _plain(self, node: ast.expr) -> Callable[[], Any]:
-        """Compile an operand that consists of numbers, or a call of a function of `_ORDERS`, to plain Python."""
+        """Compile an operand that consists of numbers, or a call of a function of `ORDERS`, to plain Python."""
         body = ast.Lambda(ast.arguments([], [], None, [], [], None, []), _Caller(self._bound).visit(node))
-        names: dict[str, Any] = {"_below": _below, "_at_most": _at_most}
+        names: dict[str, Any] = {function.__name__: function for function, _ in ORDERS.values()}
         names |= {name: FUNCTIONS[name] for name in (*_NUMERIC, *_COLLECTIVE, *_CONSTANTS)}
         names |= {name: reading.read for name, reading in self._bound.items()}
         function: Callable[[], Any] = eval(
@@ -286,20 +244,19 @@ class Condition(Expression):
         match node:
             case ast.BoolOp():
                 parts = [self._sampled(part) for part in node.values]
-                return _joined(parts, *((all, min) if isinstance(node.op, ast.And) else (any, max)))
+                return joined(parts, *((all, min) if isinstance(node.op, ast.And) else (any, max)))
             case ast.UnaryOp(op=ast.Not()):
                 part = self._sampled(node.operand)
                 return lambda: part().inverted()
-            case ast.Compare(ops=[op]) if (
-                type(op) in _ORDERS and self._number(node.left, *node.comparators) == "number"
-            ):
-                name, order = _ORDERS[type(op)]
-                return self._plain(ast.Call(ast.Name(name, ast.Load()), [node.left, *node.comparators][::order], []))
-            case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
-                sides = [self._value(side) for side in (node.left, *node.comparators)]
-                return _compared([_COMPARISONS[type(op)] for op in node.ops], sides)
+            case ast.Compare(ops=[op]) if type(op) in ORDERS and self._number(node.left, *node.comparators) == "number":
+                function, order = ORDERS[type(op)]
+                sides = [node.left, *node.comparators][::order]
+                return self._plain(ast.Call(ast.Name(function.__name__, ast.Load()), sides, []))
+            case ast.Compare() if all(type(op) in COMPARISONS for op in node.ops):
+                values = [self._value(side) for side in (node.left, *node.comparators)]
+                return compared([COMPARISONS[type(op)] for op in node.ops], values)
         value = self._value(node)
-        return lambda: _certain(bool(value()))
+        return lambda: certain(bool(value()))
 
 
 def _whole(index: ast.expr) -> int | None:
@@ -309,44 +266,6 @@ def _whole(index: ast.expr) -> int | None:
     except ValueError:
         return None
     return value if type(value) is int else None
-
-
-def _certain(holds: bool) -> Sample:
-    return Sample(holds, math.inf if holds else -math.inf)
-
-
-def _joined(
-    parts: Sequence[Callable[[], Sample]],
-    holds: Callable[[Iterable[bool]], bool],
-    margin: Callable[[Iterable[float]], float],
-) -> Callable[[], Sample]:
-    def evaluate() -> Sample:
-        samples = [part() for part in parts]
-        return Sample(holds(sample.holds for sample in samples), margin(sample.margin for sample in samples))
-
-    return evaluate
-
-
-def _compared(operators: Sequence[_Comparison], sides: Sequence[Callable[[], Any]]) -> Callable[[], Sample]:
-    """Return the function that evaluates a chain of comparisons, each side once."""
-
-    def evaluate() -> Sample:
-        values = [side() for side in sides]
-        samples = [_pair(*each) for each in zip(operators, values, values[1:], strict=False)]
-        return min(samples) if len(samples) > 1 else samples[0]
-
-    return evaluate
-
-
-def _pair(operators: _Comparison, first: Any, second: Any) -> Sample:
-    holds, margin = operators
-    _refuse_nan(first, second)
-    held = bool(holds(first, second))
-    try:
-        difference = float(margin(first, second))
-    except TypeError:
-        return _certain(held)
-    return Sample(held, difference) if difference == difference else _certain(held)
 
 
 class _FieldGuard(Guard):
