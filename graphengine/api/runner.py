@@ -78,8 +78,7 @@ class Runner:
         self.lock = threading.RLock()
         """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
-        self.running = False
-        self.cut_short = False
+        self.running = self.cut_short = False
         """Two facts: `run` or `step` is executing ticks or callbacks; a failed expectation has ended the last run."""
         self.recorder: Recorder | None = None
         self.feed: Feed | None = None
