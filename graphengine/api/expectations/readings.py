@@ -17,6 +17,7 @@ from graphengine.api.expectations.conditions import Kind, NoValueError, Reading,
 from graphengine.api.expectations.operators import TIME_ERROR
 from graphengine.api.session import Session
 from graphengine.format.errors import UsageError
+from graphengine.format.wording import unknown
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
@@ -26,7 +27,11 @@ _POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
 _VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
 KEPT = 100
 """Largest number of messages of one tick whose ages are compared."""
-WORLD = ("port", "pose", "velocity", "tilt", "distance", "contact")
+FAR = 2.0
+"""Distance beyond which nothing counts for `clearance`, m."""
+SEVERITIES = ("info", "warning", "error")
+"""Severities of messages that nodes log, from low to high."""
+WORLD = ("port", "pose", "velocity", "tilt", "distance", "clearance", "contact", "log")
 """Names of the functions whose values only a session has."""
 READINGS = (*WORLD, "time", "message", "age", "rate")
 """Names of all functions of conditions."""
@@ -64,6 +69,8 @@ def readings_of(session: Session) -> Readings:
     | `velocity(body)` | record with `linear`, m/s, and `angular`, rad/s, in the world frame |
     | `tilt(body)` | angle between the z axis of the body and the vertical, rad |
     | `distance(one, other)` | distance of two bodies or points, m; horizontal if a point has two numbers |
+    | `clearance(body, other="*")` | distance of the nearest thing whose name matches, m, at most 2 m, as in `Body.clearance` |
+    | `log(level)` | number of messages that nodes have logged with this severity or a higher one: info, warning or error |
     | `contact(body, other="*", but="")` | whether a robot or object touched something in this tick whose name matches the first
       pattern and not the second one, in any physics step; a pattern that begins with `/` is one for `/World/NAME` |
 
@@ -110,6 +117,22 @@ def readings_of(session: Session) -> Readings:
         return Reading(lambda: math.dist(*(end()[: 2 if plane else 3] for end in ends)))
 
     @once
+    def clearance(body: str, other: str = "*") -> Reading:
+        found = session.body(body)
+        found.clearance()  # raises UsageError for a body without shapes
+
+        def nearest() -> float:
+            return min((gap for name, gap in found.clearance(FAR).items() if _matches(name, other)), default=FAR)
+
+        return Reading(nearest)
+
+    def log(level: str) -> Reading:
+        if level not in SEVERITIES:
+            raise UsageError(unknown("severity", level, SEVERITIES))
+        logged, counted = runner.problems.logged, SEVERITIES[SEVERITIES.index(level) :]
+        return Reading(lambda: sum(logged[severity] for severity in counted))
+
+    @once
     def contact(body: str, other: str = "*", but: str = "") -> Reading:
         found = session.body(body)
         found.touched  # noqa: B018  (lets the steps of the next tick be observed)
@@ -123,7 +146,9 @@ def readings_of(session: Session) -> Readings:
         "velocity": velocity,
         "tilt": tilt,
         "distance": distance,
+        "clearance": clearance,
         "contact": contact,
+        "log": log,
     }
 
 

@@ -248,3 +248,14 @@ def test_after_a_failure_that_ended_a_run_early_a_longer_run_judges_the_rest(sim
     with pytest.raises(ExpectationError):
         sim.judge()
     assert late.outcome == "failed"
+
+
+def test_clearance_and_logged_messages_are_readings(sim: ge.Session) -> None:
+    near = sim.expect(always("clearance('dd100') >= 2"))
+    quiet = sim.expect(always("log('warning') == 0"))
+    sim.run(0.1)
+    sim._runner._log("error", "/World/g/N", "broken")
+    sim.step()
+    assert (near.outcome, quiet.outcome) == ("open", "failed")
+    with pytest.raises(UsageError, match="no severity 'warn'"):
+        sim.expect(always("log('warn') == 0"))
