@@ -22,7 +22,7 @@ class ProgramError(GraphError):
 
 
 class Programs:
-    """The programs of one run; each is the leader of a process group, which ends with it.
+    """The programs of one run. Each program leads its own process group; `close` ends the group.
 
     Args:
         folder: working folder of the programs.

@@ -34,7 +34,7 @@ Place = tuple[Path, Options] | None
 
 @dataclass(frozen=True, slots=True)
 class RunSettings:
-    """What holds for all runs of a worker.
+    """Settings common to all runs of a worker.
 
     Attributes:
         programs: whether scenarios may start programs.

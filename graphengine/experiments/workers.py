@@ -43,10 +43,10 @@ class Limits:
 
 
 class Worker:
-    """A process that makes one run at a time. It is started for its first run, and again after a run has ended it.
+    """A process that executes one run at a time. It is started for its first run, and again after a run has ended it.
 
     Args:
-        settings: what holds for all runs.
+        settings: settings common to all runs.
         limits: limits of each run.
     """
 
@@ -60,7 +60,7 @@ class Worker:
 
     @property
     def memory(self) -> int:
-        """Resident memory of the process, bytes; 0 without a process, or if the system does not tell."""
+        """Resident memory of the process, bytes; 0 without a process or without /proc."""
         try:
             statm = Path(f"/proc/{self._process.pid if self._process else 0}/statm").read_text()
         except OSError:
@@ -181,7 +181,7 @@ class ProcessPool:
 
     Args:
         number: number of processes.
-        settings: what holds for all runs.
+        settings: settings common to all runs.
         limits: limits of each run.
     """
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.experiments.programs import ProgramError, Programs
-from tests.experiments.harness import result_of, written
+from tests.experiments.harness import result_of, scenario_file
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def test_an_unknown_program_is_an_error(programs: Programs) -> None:
 
 
 def test_no_program_is_started_unless_it_is_allowed(tmp_path: Path) -> None:
-    path = written(
+    path = scenario_file(
         tmp_path, f'transport: memory\ndo: [start: [{sys.executable}, -c, \'open("made", "w")\'], wait: 1s]\n'
     )
     result = result_of(path)

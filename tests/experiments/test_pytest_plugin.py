@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.cli import main
-from tests.experiments.harness import DRIVING, written
+from tests.experiments.harness import DRIVING, scenario_file
 
 PASSES = "expect: [always: time < 9]\nstop: {after: 0.2s}\n"
 FAILS = f'do: [{DRIVING}]\nexpect:\n  - always: pose("dd100").position[0] < 0.1\nstop: {{after: 2s}}\n'
@@ -31,13 +31,13 @@ def run(tmp_path: Path) -> Run:
 
 def test_exit_codes_are_those_of_pytest(run: Run, tmp_path: Path) -> None:
     assert run().returncode == 5
-    written(tmp_path, PASSES, name="good")
+    scenario_file(tmp_path, PASSES, name="good")
     assert run().returncode == 0
     assert run("-k", "nothing").returncode == 5
     assert run("missing").returncode == 4
-    written(tmp_path, FAILS, name="bad")
+    scenario_file(tmp_path, FAILS, name="bad")
     assert run().returncode == 1
-    written(tmp_path, "expect: []\n", name="wrong")
+    scenario_file(tmp_path, "expect: []\n", name="wrong")
     done = run()
     assert (done.returncode, "wrong.scenario.yaml:1:1: error G109" in done.stdout) == (2, True), done.stdout
 
@@ -49,7 +49,7 @@ def test_junit_tells_errors_failures_and_skips_apart(run: Run, tmp_path: Path) -
         ("broken", ERRS),
         ("absent", f"requires: [nothing_here]\n{PASSES}"),
     ):
-        written(tmp_path, text, name=name)
+        scenario_file(tmp_path, text, name=name)
     assert run("--junit", "out.xml", "-n", "2").returncode == 1
     cases = {case.get("name"): case for case in ElementTree.parse(tmp_path / "out.xml").iter("testcase")}
     told = {
@@ -62,7 +62,7 @@ def test_junit_tells_errors_failures_and_skips_apart(run: Run, tmp_path: Path) -
 
 
 def test_a_failure_shows_place_time_and_values_without_a_traceback(run: Run, tmp_path: Path) -> None:
-    written(tmp_path, FAILS)
+    scenario_file(tmp_path, FAILS)
     out = run().stdout
     assert 'tried.scenario.yaml:6: failed: always pose("dd100").position[0] < 0.1' in out
     assert "decided at 0." in out
@@ -74,8 +74,8 @@ def test_a_failure_shows_place_time_and_values_without_a_traceback(run: Run, tmp
 def test_what_a_failure_leaves_can_be_opened_and_replayed(
     run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    written(tmp_path, FAILS)
-    written(tmp_path, PASSES, name="good")
+    scenario_file(tmp_path, FAILS)
+    scenario_file(tmp_path, PASSES, name="good")
     assert "kept: kept/tried/report.txt" in run("--record-failures", "kept").stdout
     assert [path.name for path in (tmp_path / "kept").iterdir()] == ["tried"]
     kept = tmp_path / "kept" / "tried"
@@ -89,7 +89,7 @@ def test_what_a_failure_leaves_can_be_opened_and_replayed(
 
 def test_a_share_of_the_runs_can_be_enough(run: Run, tmp_path: Path) -> None:
     text = "runs: 4\n{}expect: [always: time < 0.1]\nstop: {{after: 0.2s}}\n"
-    written(tmp_path, text.format(""), name="none")
+    scenario_file(tmp_path, text.format(""), name="none")
     out = run().stdout
     assert "0 of 4 runs passed; with a confidence of 95 %, 0.0% to 49.0% of all runs pass" in out
 
@@ -114,7 +114,7 @@ def test_the_fixture_judges_the_sessions_of_a_test(run: Run, tmp_path: Path) -> 
 def test_the_verdict_is_a_mark_of_the_recording_and_no_part_of_its_output(run: Run, tmp_path: Path) -> None:
     from mcap.reader import make_reader
 
-    written(tmp_path, FAILS)
+    scenario_file(tmp_path, FAILS)
     run("--record-failures", "kept")
     with (tmp_path / "kept/tried/run.mcap").open("rb") as file:
         ends = [one.metadata for one in make_reader(file).iter_metadata() if one.name == "graphengine:end"]

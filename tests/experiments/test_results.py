@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.experiments.pytest_command import reads_results
 from graphengine.experiments.result_rows import ResultsFile, merged, read_rows
 from graphengine.experiments.runs import parse_shard, shard
-from graphengine.experiments.test_verb import reads_results
 from graphengine.format.errors import UsageError
 from tests.experiments.falling import FAILS, PASSES, STEP, G, rows, run, without_wall, write_scenario
 
