@@ -6,7 +6,6 @@ pytest finds a scenario or a test uses the fixture.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -135,8 +134,9 @@ class ScenarioItem(pytest.Item):
             return
         from graphengine.experiments.artefacts import run_and_keep
 
+        parent, file = self.config.option.record_failures, self.nodeid.partition("::")[0]
         for run in range(self._scenario.spec.runs):
-            yield run_and_keep(self._scenario, self._case, self._options(), self._folder(), run=run)
+            yield run_and_keep(self._scenario, self._case, self._options(), parent, file, run=run)
 
     def runtest(self) -> None:
         """Fail if too few runs passed."""
@@ -168,10 +168,6 @@ class ScenarioItem(pytest.Item):
 
         options = self.config.option
         return CaseOptions(programs=options.allow_programs, scripts=options.allow_scenario_scripts)
-
-    def _folder(self) -> Path | None:
-        folder = self.config.option.record_failures
-        return Path(folder, re.sub(r"[^\w.=+-]", "_", self._case.name)) if folder is not None else None
 
     def reportinfo(self) -> tuple[Path, int, str]:
         """Return file, line and name of the test."""

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.cli import main
 from tests.experiments.harness import DRIVING, scenario_file
 
 PASSES = "expect: [always: time < 9]\nstop: {after: 0.2s}\n"
@@ -69,22 +68,6 @@ def test_a_failure_shows_place_time_and_values_without_a_traceback(run: Run, tmp
     assert "pose('dd100') = position (0.1" in out
     assert "Traceback" not in out
     assert "pytest_plugin" not in out.partition("FAILURES")[2]
-
-
-def test_what_a_failure_leaves_can_be_opened_and_replayed(
-    run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    scenario_file(tmp_path, FAILS)
-    scenario_file(tmp_path, PASSES, name="good")
-    assert "kept: kept/tried/report.txt" in run("--record-failures", "kept").stdout
-    assert [path.name for path in (tmp_path / "kept").iterdir()] == ["tried"]
-    kept = tmp_path / "kept" / "tried"
-    report = (kept / "report.txt").read_text()
-    assert "graphrun view kept/tried/run.mcap --at 0." in report
-    assert main(["replay", str(kept / "run.mcap")]) == 0
-    assert "identical" in capsys.readouterr().out
-    assert "Content-Security-Policy" in (kept / "run.html").read_text()
-    assert main(["view", str(kept / "run.mcap"), "--html", str(tmp_path / "again.html")]) == 0
 
 
 def test_a_share_of_the_runs_can_be_enough(run: Run, tmp_path: Path) -> None:
