@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.wording import printable
 
 GRACE = 5.0
 """Time that a program gets to end after SIGINT and again after SIGTERM, s, before it is killed."""
@@ -19,6 +20,12 @@ LAST = 2000
 
 class ProgramError(GraphError):
     """A program of a scenario could not be started, or ended with an error during the run."""
+
+
+def ending(code: int) -> str:
+    """Return how a process with this return code has ended, such as `exit code 1` or `signal SIGKILL`."""
+    names = {known.value: known.name for known in signal.Signals}
+    return f"exit code {code}" if code >= 0 else f"signal {names.get(-code, -code)}"
 
 
 class Programs:
@@ -59,8 +66,9 @@ class Programs:
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
                 )
-        except OSError as error:
-            raise ProgramError(f"start {' '.join(command)}: {error.strerror or error}") from None
+        except (OSError, ValueError) as error:  # ValueError: a null character
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise ProgramError(f"start {printable(' '.join(command))}: {reason}") from None
         self._running.append((" ".join(command), output, process))
         return iter(())
 
@@ -69,8 +77,7 @@ class Programs:
         for command, output, process in self._running:
             if process.poll():
                 text = output.read_text(encoding="utf-8", errors="replace").strip()[-LAST:]
-                code = process.returncode
-                how = f"exit code {code}" if code > 0 else f"signal {signal.Signals(-code).name}"
+                how = ending(process.returncode)
                 raise ProgramError(f"{command}: ended with {how}\n  " + "\n  ".join(text.splitlines() or ["no output"]))
 
     def close(self) -> None:

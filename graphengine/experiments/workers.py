@@ -16,6 +16,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
+from graphengine.experiments.programs import ending
 from graphengine.experiments.result_rows import WALL, Row, start_row
 from graphengine.experiments.runs import Run
 from graphengine.experiments.statistics import rerun_text
@@ -141,8 +142,7 @@ class Worker:
         if self._tries < TRIES:
             self._send()
             return None
-        how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-        return self._error(f"its process ended with {how}, {TRIES} times")
+        return self._error(f"its process ended with {ending(code)}, {TRIES} times")
 
     def _error(self, reason: str) -> Row:
         return start_row(self._run) | {"reason": reason, WALL: round(time.monotonic() - self._begin, 3)}

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.experiments.programs import ProgramError, Programs
+from graphengine.experiments.programs import ProgramError, Programs, ending
 from tests.experiments.harness import result_of, scenario_file
+from tests.waiting import eventually
 
 
 @pytest.fixture
@@ -54,9 +55,25 @@ def test_a_program_ends_with_its_children(programs: Programs, tmp_path: Path) ->
     assert not status.exists() or status.read_text().rpartition(")")[2].split()[0] == "Z"
 
 
-def test_an_unknown_program_is_an_error(programs: Programs) -> None:
-    with pytest.raises(ProgramError, match="start no_such_program: No such file"):
-        programs.start(["no_such_program"])
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("no_such_program", "start no_such_program: No such file"), ("tr\0ue", "start .*ue: embedded null")],
+)
+def test_a_program_that_cannot_be_started_is_an_error(programs: Programs, name: str, message: str) -> None:
+    with pytest.raises(ProgramError, match=message):
+        programs.start([name])
+
+
+@pytest.mark.parametrize(("code", "text"), [(3, "exit code 3"), (-6, "signal SIGABRT"), (-40, "signal 40")])
+def test_the_end_of_a_program_is_named(code: int, text: str) -> None:
+    assert ending(code) == text
+
+
+def test_a_program_that_ends_by_a_signal_without_a_name_is_an_error(programs: Programs) -> None:
+    list(programs.start(["sh", "-c", "kill -40 $$"]))
+    with pytest.raises(ProgramError, match="ended with signal 40"):
+        eventually(lambda: programs.check())
+    programs.close()
 
 
 def test_no_program_is_started_unless_it_is_allowed(tmp_path: Path) -> None:
