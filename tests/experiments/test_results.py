@@ -57,7 +57,7 @@ def test_a_resumed_matrix_makes_only_the_runs_that_are_missing(tmp_path: Path) -
     assert "3 runs: 1 passed" in run(tmp_path, "--results", "rows.jsonl", "--resume")
     assert without_wall(path) == before
     assert "nothing left to do" in run(tmp_path, "--results", "rows.jsonl", "--resume")
-    assert "exists; continue it with --resume" in run(tmp_path, "--results", "rows.jsonl", code=2)
+    assert "exists; continue it with --resume" in run(tmp_path, "--results", "rows.jsonl", code=4)
     scenario.write_text(scenario.read_text().replace("4.5", "4.4"))  # other inputs: other runs
     assert "3 runs: 3 passed" in run(tmp_path, "--results", "rows.jsonl", "--resume")
     assert len(rows(path)) == 6
