@@ -6,7 +6,7 @@ import contextlib
 import os
 import signal
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from graphengine.format.errors import GraphError, UsageError
@@ -26,6 +26,21 @@ def ending(code: int) -> str:
     """Return how a process with this return code has ended, such as `exit code 1` or `signal SIGKILL`."""
     names = {known.value: known.name for known in signal.Signals}
     return f"exit code {code}" if code >= 0 else f"signal {names.get(-code, -code)}"
+
+
+def children(process: int) -> list[int]:
+    """Return the processes that a process has started; an empty list without /proc."""
+    try:
+        return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    except OSError:
+        return []
+
+
+def signal_groups(leaders: Iterable[int], number: signal.Signals) -> None:
+    """Send a signal to process groups; those that have ended are left out."""
+    for leader in leaders:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(leader, number)
 
 
 class Programs:
@@ -81,19 +96,16 @@ class Programs:
                 raise ProgramError(f"{command}: ended with {how}\n  " + "\n  ".join(text.splitlines() or ["no output"]))
 
     def close(self) -> None:
-        """End all programs with their children: by SIGINT, then SIGTERM, then SIGKILL. Safe to call twice."""
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            for _, _, process in self._running:
-                self._signal(process, number)
-            for _, _, process in self._running:
-                try:
-                    process.wait(GRACE if number != signal.SIGKILL else None)
-                except subprocess.TimeoutExpired:
-                    continue
-        self._running.clear()
-
-    @staticmethod
-    def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-        if process.poll() is None or number == signal.SIGKILL:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, number)
+        """End all programs with their children: by SIGINT, then SIGTERM, then SIGKILL, which an interrupt sends at once."""
+        processes = [process for _, _, process in self._running]
+        try:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal_groups([process.pid for process in processes if process.poll() is None], number)
+                for process in processes:
+                    with contextlib.suppress(subprocess.TimeoutExpired):
+                        process.wait(GRACE)
+        finally:
+            signal_groups([process.pid for process in processes], signal.SIGKILL)
+            for process in processes:
+                process.wait()
+            self._running.clear()

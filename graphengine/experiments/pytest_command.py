@@ -8,6 +8,7 @@ from pathlib import Path
 
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
+from graphengine.format.interrupts import by_sigterm
 
 HELP = "run scenarios (*.scenario.yaml) and Python tests with pytest"
 _CODES = (
@@ -95,6 +96,11 @@ def execute(arguments: argparse.Namespace) -> int:
         from graphengine.experiments.results_commands import read_results
 
         return read_results(arguments)
+    with by_sigterm():  # so that started programs end
+        return _run(arguments)
+
+
+def _run(arguments: argparse.Namespace) -> int:
     if arguments.results is not None:
         from graphengine.experiments.results_commands import make_results
 

@@ -133,10 +133,13 @@ class ScenarioItem(pytest.Item):
             yield judge_on_bag(self._scenario, self.config.option.bag)
             return
         from graphengine.experiments.artefacts import run_and_keep
+        from graphengine.format.interrupts import by_sigterm
 
         parent, file = self.config.option.record_failures, self.nodeid.partition("::")[0]
         for run in range(self._scenario.spec.runs):
-            yield run_and_keep(self._scenario, self._case, self._options(), parent, file, run=run)
+            with by_sigterm():  # so that started programs end
+                result = run_and_keep(self._scenario, self._case, self._options(), parent, file, run=run)
+            yield result
 
     def runtest(self) -> None:
         """Fail if too few runs passed."""

@@ -18,6 +18,7 @@ from graphengine.api.scene import Scene
 from graphengine.api.scene_loading import open_scene
 from graphengine.api.values import plain
 from graphengine.experiments.case_run import CaseOptions, run_case
+from graphengine.experiments.programs import children, signal_groups
 from graphengine.experiments.result_rows import Row, row_of, start_row
 from graphengine.experiments.runs import Bundle, Run
 from graphengine.experiments.scenario import Scenario
@@ -117,6 +118,7 @@ def _listen(pipe: Connection, orders: queue.SimpleQueue[Any]) -> None:
     except (EOFError, OSError):
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(GRACE)
+        signal_groups(children(os.getpid()), signal.SIGKILL)  # programs that `Programs.close` has not ended yet
         os._exit(1)
 
 

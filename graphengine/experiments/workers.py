@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from graphengine.experiments.programs import ending
+from graphengine.experiments.programs import children, ending, signal_groups
 from graphengine.experiments.result_rows import WALL, Row, start_row
 from graphengine.experiments.runs import Run
 from graphengine.experiments.statistics import rerun_text
@@ -167,11 +167,9 @@ class Worker:
         assert process is not None
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(patience)
-        programs = _children(process.pid)
+        programs = children(process.pid)
         process.kill()
-        for program in programs:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(program, signal.SIGKILL)
+        signal_groups(programs, signal.SIGKILL)
         self.pipe.close()
         return process.wait()
 
@@ -208,10 +206,3 @@ class ProcessPool:
         """End the processes."""
         for worker in self.workers:
             worker.close()
-
-
-def _children(process: int) -> list[int]:
-    try:
-        return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
-    except OSError:
-        return []

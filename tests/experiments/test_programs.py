@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import time
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.experiments.programs import ProgramError, Programs, ending
+from tests.experiments.falling import start
 from tests.experiments.harness import result_of, scenario_file
 from tests.waiting import eventually
 
@@ -21,6 +23,11 @@ def programs(tmp_path: Path) -> Programs:
 
 def python(code: str) -> list[str]:
     return [sys.executable, "-c", code]
+
+
+def is_running(process: int) -> bool:
+    status = Path(f"/proc/{process}/stat")
+    return status.exists() and status.read_text().rpartition(")")[2].split()[0] != "Z"
 
 
 def test_a_program_runs_in_the_folder_with_the_domain_and_its_output_is_kept(
@@ -51,8 +58,7 @@ def test_a_program_ends_with_its_children(programs: Programs, tmp_path: Path) ->
     while not up.exists() or not up.read_text():
         time.sleep(0.05)
     programs.close()
-    status = Path("/proc", up.read_text(), "stat")
-    assert not status.exists() or status.read_text().rpartition(")")[2].split()[0] == "Z"
+    assert not is_running(int(up.read_text()))
 
 
 @pytest.mark.parametrize(
@@ -74,6 +80,30 @@ def test_a_program_that_ends_by_a_signal_without_a_name_is_an_error(programs: Pr
     with pytest.raises(ProgramError, match="ended with signal 40"):
         eventually(lambda: programs.check())
     programs.close()
+
+
+def end_during_a_program(folder: Path, *arguments: str, by: signal.Signals, trap: str = "") -> int:
+    """End `graphrun test` by a signal while its program runs, wait until the program has ended, and return the exit code."""
+    text = f'transport: memory\ndo: [start: [sh, -c, "{trap}echo $$ > up; exec sleep 300"], wait: 9000s]\n'
+    scenario_file(folder, f"{text}stop: {{after: 9999s}}\n")
+    up = folder / "up"
+    with start(folder, "--allow-programs", *arguments) as driver:
+        assert eventually(lambda: up.exists() and up.read_text())
+        driver.send_signal(by)
+        assert eventually(lambda: not is_running(int(up.read_text())))
+        driver.communicate(timeout=60)
+    return driver.returncode
+
+
+def test_a_program_ends_with_graphrun_test(tmp_path: Path) -> None:
+    assert end_during_a_program(tmp_path, by=signal.SIGTERM) == 2
+
+
+def test_a_program_of_another_process_ends_with_graphrun_test(tmp_path: Path) -> None:
+    assert end_during_a_program(tmp_path, "-n", "2", by=signal.SIGTERM) == 2
+    (tmp_path / "up").unlink()
+    rows = ("--results", "rows.jsonl")
+    assert end_during_a_program(tmp_path, *rows, by=signal.SIGKILL, trap="trap '' INT TERM; ") == -signal.SIGKILL
 
 
 def test_no_program_is_started_unless_it_is_allowed(tmp_path: Path) -> None:
