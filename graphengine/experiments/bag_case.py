@@ -12,7 +12,7 @@ from graphengine.experiments.case_run import CaseResult, CheckResult, check_resu
 from graphengine.experiments.scenario import Case, Scenario
 from graphengine.format.errors import GraphError
 
-IGNORED = ("scene", "set", "matrix", "runs", "pass", "requires", "transport", "movers", "lockstep", "do")
+IGNORED = ("scene", "set", "matrix", "runs", "pass", "requires", "transport", "movers", "lockstep", "do", "metrics")
 """Keys of a scenario that concern simulations only."""
 
 
