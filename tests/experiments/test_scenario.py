@@ -117,7 +117,9 @@ def test_a_scene_outside_of_the_folder_and_the_current_folder_is_not_read(
 
 
 def test_looking_for_a_package_imports_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert result_of(scenario_file(tmp_path, "requires: [this.x]\nstop: {after: 0.1s}\n" + EXPECTED)).outcome == "passed"
+    assert (
+        result_of(scenario_file(tmp_path, "requires: [this.x]\nstop: {after: 0.1s}\n" + EXPECTED)).outcome == "passed"
+    )
     assert "Zen" not in capsys.readouterr().out
 
 
