@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from graphengine.api.guards import reading
@@ -71,6 +72,15 @@ class Body:
         touched after the last step only.
         """
         return tuple(self._runner.session.services.world.entities.touched(self.name))
+
+    @reading
+    def clearance(self, margin: float = 2.0) -> Mapping[str, float]:
+        """Return the distances, m, of all robots, objects and walls within `margin`, nearest first, by name.
+
+        The body counts as turned once about its vertical axis, so a distance is that which remains when it turns on the spot.
+        """
+        x, y, _ = self.pose.position
+        return self._runner.session.services.world.entities.clearance(self.name, (x, y), margin)
 
     def find(self) -> Prim:
         """Return the prim.

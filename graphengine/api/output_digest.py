@@ -5,22 +5,26 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from graphengine.messages.endpoints import EndpointClaim
+from graphengine.messages.endpoints import EndpointClaim, Sink
 from graphengine.ros.network import LiveNetwork
 
 
 class OutputDigest:
     """The BLAKE2b digest of the topic and bytes of each message that nodes publish, in order.
 
+    Args:
+        network: network of the session.
+        everything: whether nodes publish on all topics.
+
     Attributes:
         messages: number of messages so far.
     """
 
-    def __init__(self, network: LiveNetwork) -> None:
+    def __init__(self, network: LiveNetwork, everything: bool) -> None:
         self._hash = hashlib.blake2b(digest_size=16)
-        self._network = network
+        self._among: list[Sink] = network.sinks if everything else network.taps
+        self._among.append(self)
         self.messages = 0
-        network.tap(self)
 
     @property
     def value(self) -> str:
@@ -29,8 +33,8 @@ class OutputDigest:
 
     def close(self) -> None:
         """End the digest; its value stays. Safe to call twice."""
-        if self in self._network.taps:
-            self._network.untap(self)
+        if self in self._among:
+            self._among.remove(self)
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Add a message."""

@@ -78,8 +78,8 @@ class Runner:
         self.lock = threading.RLock()
         """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
-        self.running = False
-        """Whether `run` or `step` is executing ticks or callbacks."""
+        self.running = self.cut_short = False
+        """Two facts: `run` or `step` is executing ticks or callbacks; a failed expectation has ended the last run."""
         self.recorder: Recorder | None = None
         self.feed: Feed | None = None
         """Feed that sends the session's state to the web page; None until the page is opened."""
@@ -339,7 +339,7 @@ class Runner:
         """
         if self.running:
             raise StateError("the session is running: `until` and other callbacks must not run ticks")
-        self.running, pressed, error = True, False, None
+        self.running, self.cut_short, pressed, error = True, False, False, None
 
         def end(number: int, frame: FrameType | None) -> None:
             nonlocal pressed

@@ -45,8 +45,6 @@ class Session(SessionWorld):
         self._ports: dict[str, NodePort] = {}
         """Cache of `value`: ports of `_graphs` by the address that the caller gave."""
         self._checks: list[Check] = []
-        self._ended_by_failure = -1
-        """Tick at which `decided` found a failure; the run has ended there if no tick followed."""
 
     # Values of nodes
 
@@ -172,12 +170,13 @@ class Session(SessionWorld):
         """
         outcomes = {check.outcome for check in self._checks}
         failed = bool(outcomes & {"failed", "error"})
-        if failed:
-            self._ended_by_failure = self.tick
+        self._runner.cut_short = failed
         return failed or (bool(outcomes) and "open" not in outcomes)
 
     def judge(self) -> None:
-        """End all expectations: what is open is decided now, unless a failure has ended the run early by `until=sim.decided`.
+        """End all expectations and forget them.
+
+        What is open is decided now, unless a failure has just ended the run early by `until=sim.decided`.
 
         >>> check = sim.expect(ge.always("tilt('dd100') < 0.1"))
         >>> sim.run(1.0)
@@ -188,7 +187,8 @@ class Session(SessionWorld):
             ExpectationError: an expectation is not met or could not be judged; the message reports all of these.
         """
         self.end_expectations()
-        missed = [check.report() for check in self._checks if check.outcome in ("failed", "error")]
+        judged, self._checks = self._checks, []
+        missed = [check.report() for check in judged if check.outcome in ("failed", "error")]
         if missed:
             raise ExpectationError("\n".join(missed))
 
@@ -204,7 +204,7 @@ class Session(SessionWorld):
         'passed'
         """
         for check in self._checks:
-            if self._ended_by_failure != self.tick:
+            if not self._runner.cut_short:
                 check.end()
             self._runner.after_ticks.pop(check, None)
 
@@ -232,18 +232,21 @@ class Session(SessionWorld):
         return measurement
 
     @acting
-    def digest_output(self) -> OutputDigest:
+    def digest_output(self, *, everything: bool = False) -> OutputDigest:
         """Hash all messages that nodes publish from now on, and return the digest, whose `value` is that of the messages so far.
 
-        Equal files, seeds and calls give equal digests in all processes. Nodes publish only on topics that are latched or have
-        subscribers; with a recording, on all topics.
+        Equal files, seeds and calls give equal digests in all processes.
 
         >>> output, odom = sim.digest_output(), sim.subscribe("/dd100_0000/odom")
         >>> sim.step()
         >>> len(output.value)
         32
+
+        Args:
+            everything: whether nodes publish on all topics, as with a recording; else only on topics that are latched or have
+                subscribers.
         """
-        return OutputDigest(self._runner.network)
+        return OutputDigest(self._runner.network, everything)
 
     # Topics and services
 

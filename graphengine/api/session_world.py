@@ -169,7 +169,11 @@ class SessionWorld(SessionControl):
 
     @acting
     def mend(self, *, sensor: str | None = None, topic: str | None = None) -> None:
-        """End the fault of a sensor or a topic; without arguments, end all faults. A recording stores the call."""
+        """End the fault of a sensor or a topic; without arguments, end all faults. A recording stores the call.
+
+        >>> sim.fault(topic="/dd100_0000/odom", silent=True)
+        >>> sim.mend(topic="/dd100_0000/odom")
+        """
         self._runner.command("mend", sensor=sensor, topic=topic)
 
     @acting

@@ -9,10 +9,12 @@ from pathlib import Path
 from graphengine.api.expectations.bags import Bag
 from graphengine.api.expectations.expectations import ExpectationCheck
 from graphengine.experiments.case_run import CaseResult, CheckResult, check_result
-from graphengine.experiments.scenario import Case, Scenario
+from graphengine.experiments.scenario import Case, Scenario, ScenarioSpec
 from graphengine.format.errors import GraphError
+from graphengine.format.spec_reader import keys_of
 
-IGNORED = ("scene", "set", "matrix", "runs", "pass", "requires", "transport", "movers", "lockstep", "do", "metrics")
+_JUDGED = ("format", "scenario", "doc", "seed", "expect", "stop")
+IGNORED = tuple(key for key in keys_of(ScenarioSpec) if key not in _JUDGED)
 """Keys of a scenario that concern simulations only."""
 
 

@@ -24,6 +24,7 @@ from graphengine.experiments.stage import Stage
 from graphengine.experiments.steps import Ticks, perform_all
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.wording import printable
 
 Result = Literal["passed", "failed", "error", "skipped"]
 LOOK = 0.1
@@ -86,7 +87,7 @@ class CaseResult:
         lines = [self.reason] if self.reason else []
         lines += [f"{check.place}: {check.report}" for check in self.checks if check.outcome in ("failed", "error")]
         lines += [f"kept: {self.kept}"] if self.kept is not None else []
-        return "\n".join(lines)
+        return "\n".join(map(printable, "\n".join(lines).split("\n")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +100,7 @@ class CaseOptions:
         scripts: whether graphs may run the Python code of their ScriptNodes.
         outputs: folder for the outputs of started programs; None keeps none.
         log: receives the messages of nodes, as the argument of `Scene.session`; None logs them.
-        digest: whether to compute the digest of the output.
+        digest: whether the digest of the output covers all topics, or only those with subscribers; None computes no digest.
         load: loads the scene, as `Scenario.load`.
         watch: called with the session before the first tick.
         at_end: called with the session and its expectations at the end of a run that did not pass, while the session is open.
@@ -110,7 +111,7 @@ class CaseOptions:
     scripts: bool = False
     outputs: Path | None = None
     log: Log | None = None
-    digest: bool = False
+    digest: bool | None = None
     load: Callable[..., Scene] = Scenario.load
     watch: Callable[[Session], object] = lambda session: None
     at_end: Callable[[Session, list[ExpectationCheck]], object] = lambda session, checks: None
@@ -168,7 +169,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     programs = Programs(scenario.path.parent, environ, outputs, options.programs)
     closing.callback(programs.close)
     play = _Play(scenario, Stage(session, programs))
-    output = session.digest_output() if options.digest else None
+    output = session.digest_output(everything=options.digest) if options.digest is not None else None
     try:
         play.begin(traced=options.record is not None)
         options.watch(session)
@@ -228,7 +229,7 @@ class _Play:
 
     def advance(self, session: Session) -> bool:
         """Continue the steps between two ticks; return whether the run is over."""
-        if session.decided():
+        if session.decided() and not (self.unfinished and all(check.outcome == "passed" for check in self.checks)):
             return True
         self._stage.end_publications()
         if self.unfinished:
@@ -236,7 +237,7 @@ class _Play:
         if abs(session.time - self._looked) >= LOOK:
             self._looked = session.time
             self._stage.programs.check()
-        return not self.checks and not self.unfinished
+        return not self.checks and not self.unfinished and not self._stage.ending and session.tick > 0
 
     def end(self) -> None:
         """Decide what is open, unless a failure has ended the run early."""
@@ -258,8 +259,8 @@ def check_result(scenario: Scenario, index: int, check: ExpectationCheck) -> Che
 
 
 def _is_there(name: str) -> bool:
-    """Return whether a Python package or a program of this name is installed."""
+    """Return whether a Python package or a program of this name is installed; nothing is imported."""
     try:
-        return importlib.util.find_spec(name) is not None or shutil.which(name) is not None
+        return importlib.util.find_spec(name.partition(".")[0]) is not None or shutil.which(name) is not None
     except (ImportError, ValueError):
         return shutil.which(name) is not None

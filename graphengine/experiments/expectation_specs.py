@@ -57,7 +57,7 @@ class ExpectationSpec(FileSpec):
     """Condition that holds after every tick, as `tilt("dd100") < 0.1`."""
     never: str | None = None
     """Condition that holds after no tick."""
-    within: Duration | None = None
+    within: Period | None = None
     """Time in which the condition of `reach` holds at least once."""
     reach: str | None = None
     """Condition of `within`."""
@@ -98,6 +98,9 @@ class ExpectationSpec(FileSpec):
         excess = [key for key in value if key in _KEYS and key not in (operators[0], *needed)]
         if excess:
             raise ValueError(f"{excess[0]!r} does not belong to {operators[0]!r}")
+        limited = value["rate"] if operators == ["rate"] else value
+        if operators[0] in ("count", "rate") and isinstance(limited, dict) and not {"at_least", "at_most"} & {*limited}:
+            raise ValueError(f"{operators[0]!r} needs a limit: at_least, at_most or both")
         for key in needed:
             if value.get(key) is None and key not in _OPTIONAL:
                 raise ValueError(f"{operators[0]!r} needs the key {key!r}")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Protocol
 
@@ -13,6 +15,8 @@ from graphengine.experiments.runs import Run
 
 SHOWN = 20
 """Maximum number of failed runs and errors to print one by one."""
+PROGRESS = 30.0
+"""Time between two lines about the number of runs so far, s."""
 
 
 class Pool(Protocol):
@@ -37,23 +41,20 @@ def make_rows(runs: Sequence[Run], pool: Pool, path: Path, *, resume: bool = Fal
     Raises:
         UsageError: the file exists, another process writes to it, or it is not a results file.
     """
-    try:
-        results = ResultsFile(path, resume)
-        try:
-            missing = {key: run for run in runs if (key := identity(start_row(run))) not in results.known}
-            counts: Counter[str] = Counter()
-            for row in pool.rows(missing.values()):
-                results.add(row)
-                counts[row["outcome"]] += 1
-                if row["outcome"] in ("failed", "error") and counts["failed"] + counts["error"] <= SHOWN:
-                    reason = row["reason"].partition("\n")[0]
-                    again = f" ({row['rerun']})" if "rerun" in row else ""
-                    say(f"{row['outcome']}: {row['case']}, seed {row['seed']}{again}: {reason}")
-            return counts
-        finally:
-            results.close()
-    finally:
-        pool.close()
+    counts, due = Counter[str](), time.monotonic() + PROGRESS
+    with closing(pool), closing(ResultsFile(path, resume)) as results:
+        missing = {key: run for run in runs if (key := identity(start_row(run))) not in results.known}
+        for row in pool.rows(missing.values()):
+            results.add(row)
+            counts[row["outcome"]] += 1
+            if time.monotonic() > due:
+                due += PROGRESS
+                say(f"{counts.total()} of {len(missing)} runs")
+            if row["outcome"] in ("failed", "error") and counts["failed"] + counts["error"] <= SHOWN:
+                reason = row["reason"].partition("\n")[0]
+                again = f" ({row['rerun']})" if "rerun" in row else ""
+                say(f"{row['outcome']}: {row['case']}, seed {row['seed']}{again}: {reason}")
+    return counts
 
 
 def say(text: str) -> None:

@@ -23,7 +23,9 @@ WRONG_USAGE = 4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun test` to its parser."""
-    words = f"; or show ROWS{SUFFIX}... or merge ROWS{SUFFIX}... -o FILE (write ./show for a folder of this name)"
+    words = (
+        f"; `show ROWS{SUFFIX} ...` and `merge ROWS{SUFFIX} ... -o FILE` read results (without {SUFFIX} files, folders)"
+    )
     where = "files, folders, or FILE::CASE (default: the current folder)"
     parser.add_argument("paths", metavar="PATH", nargs="*", help=where + words)
     parser.add_argument("-n", metavar="N", dest="processes", help="number of processes, or auto")
@@ -47,20 +49,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--schema", action="store_true", help="print the JSON Schema of scenario files, for editors; run nothing"
     )
     rows = parser.add_argument_group("many runs", "Without pytest: only scenarios, one row a run in a results file.")
-    rows.add_argument(
-        "--results", metavar=f"ROWS{SUFFIX}", type=Path, help="append a JSON row for each run to this file"
-    )
+    written = "append a JSON row for each run to this file"
+    rows.add_argument("--results", metavar=f"ROWS{SUFFIX}", type=Path, help=written)
     known = "make only the runs that the results file does not have, and those that ended with an error"
     rows.add_argument("--resume", action="store_true", help=known)
     limit = "wall time after which a run is ended as an error (default: 600)"
     rows.add_argument("--time-limit", metavar="SECONDS", type=float, default=600.0, help=limit)
-    memory = (
-        "memory of a process above which its run is ended as an error (default: the machine's, divided by N; Linux)"
-    )
+    memory = "memory of a process above which its run is ended as an error (default: the machine's, divided by N)"
     rows.add_argument("--memory-limit", metavar="MB", type=float, help=memory)
-    workers = (
-        "make the runs on a Ray cluster: ray starts one on this machine, ray:ADDRESS (or ray:auto) uses a running one"
-    )
+    digest = "let nodes publish on all topics, as for a recording, so that the digest of a row covers them"
+    rows.add_argument("--digest-all", action="store_true", help=digest)
+    workers = "make the runs on a Ray cluster: ray starts one on this machine, ray:ADDRESS or ray:auto joins one"
     rows.add_argument("--workers", metavar="ray[:ADDRESS]", help=workers)
     rows.add_argument("-o", "--output", metavar="FILE", type=Path, help="with merge: the file to write")
     parser.epilog = _CODES
@@ -92,6 +91,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
         print(json.dumps(ScenarioSpec.model_json_schema(), indent=2))
         return 0
+    unfit = [option for option in ("results", "rerun", "record_failures") if getattr(arguments, option)]
+    if arguments.bag is not None and unfit:
+        raise UsageError(f"--{unfit[0].replace('_', '-')}: not with --bag, which simulates nothing")
     if reads_results(arguments.paths):
         from graphengine.experiments.results_commands import read_results
 
@@ -105,7 +107,7 @@ def _run(arguments: argparse.Namespace) -> int:
         from graphengine.experiments.results_commands import make_results
 
         return make_results(arguments)
-    for option in ("resume", "memory_limit", "workers", "output"):
+    for option in ("resume", "memory_limit", "digest_all", "workers", "output"):
         if getattr(arguments, option):
             name = option.replace("_", "-")
             raise UsageError(f"--{name}: only {'with merge' if option == 'output' else 'with --results'}")

@@ -154,7 +154,7 @@ class ScenarioItem(pytest.Item):
         from graphengine.experiments.statistics import rerun_text
 
         number = self.config.option.rerun
-        if number < 2:
+        if number < 2 or self.config.option.bag is not None:
             return ""
         again = [run_case(self._scenario, self._case, self._options(), run=run) for _ in range(number - 1)]
         return rerun_text(1 + sum(result.outcome != "passed" for result in again), number)

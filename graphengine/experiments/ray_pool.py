@@ -11,20 +11,20 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from graphengine.api.scene_files import UnpackedScene
 from graphengine.experiments.result_rows import Row, start_row
 from graphengine.experiments.runs import Bundle, Run
-from graphengine.experiments.worker_process import Place, RunSettings
+from graphengine.experiments.worker_process import RunSettings
 from graphengine.experiments.workers import LOOK, Limits, Worker
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
-from graphengine.recording.sources import Workspace
 
 RETRIES = 3
 """Number of times that Ray makes a run again whose process or machine was lost."""
 AHEAD = 2
 """Number of runs that wait for each processor of the cluster."""
 
-_unpacked: dict[str, tuple[Any, Place]] = {}
+_unpacked: dict[str, tuple[Any, UnpackedScene | None]] = {}
 """In a process of Ray: the folders with the files of scenes, by the digest of the files, each with the place of the scene."""
 _workers: dict[tuple[RunSettings, Limits], Worker] = {}
 """In a process of Ray: its worker."""
@@ -96,10 +96,11 @@ def make_here(bundle: Bundle, case: Any, number: int, given: tuple[RunSettings, 
     worker = _workers[given]
     if bundle.inputs not in _unpacked:
         made = tempfile.TemporaryDirectory(prefix="graphengine-")
-        place = bundle.packed.lay_out(Workspace(Path(made.name))) if bundle.packed is not None else None
+        place = bundle.files.unpack(Path(made.name)) if bundle.files is not None else None
         _unpacked[bundle.inputs] = made, place
     folder, place = _unpacked[bundle.inputs]
     worker.begin(Run(bundle, case, number), place)
     while (row := worker.look()) is None:
         worker.pipe.poll(LOOK)
-    return row | {"reason": bundle.original(row["reason"], Path(folder.name).resolve())}
+    files, unpacked = bundle.files, Path(folder.name).resolve()
+    return row | ({"reason": files.original(row["reason"], unpacked)} if files is not None else {})

@@ -23,6 +23,9 @@ Row = dict[str, Any]
 WALL = "wall"
 """Key of the wall time of a run, s: the only value in which the rows of equal runs differ."""
 
+VERDICT = ("text", "place", "outcome", "robustness", "decided")
+"""Keys of a verdict, which are those of `CheckResult`."""
+
 
 def start_row(run: Run) -> Row:
     """Return the row of a run that has no result yet: an error without a reason."""
@@ -46,26 +49,10 @@ def start_row(run: Run) -> Row:
 
 def row_of(run: Run, result: CaseResult, wall: float) -> Row:
     """Return the row of a run; numbers that are not finite are null."""
-    verdicts = [
-        {
-            "text": check.text,
-            "place": check.place,
-            "outcome": check.outcome,
-            "robustness": check.robustness,
-            "decided": check.decided,
-        }
-        for check in result.checks
-    ]
-    values = {
-        "outcome": result.outcome,
-        "reason": result.report(),
-        "verdicts": verdicts,
-        "metrics": result.metrics,
-        "digest": result.digest,
-        "time": result.time,
-        WALL: round(wall, 3),
-    }
-    return start_row(run) | {key: _plain(value) for key, value in values.items()}
+    values = {name: getattr(result, name) for name in ("outcome", "metrics", "digest", "time")}
+    verdicts = [{name: getattr(check, name) for name in VERDICT} for check in result.checks]
+    more = {"reason": result.report(), "verdicts": verdicts, WALL: round(wall, 3)}
+    return start_row(run) | {key: _plain(value) for key, value in (values | more).items()}
 
 
 def identity(row: Mapping[str, Any]) -> tuple[str, ...]:

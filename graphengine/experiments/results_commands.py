@@ -22,6 +22,7 @@ from graphengine.format.errors import UsageError
 PASSED, FAILED, STOPPED, EMPTY = 0, 1, 2, 5
 """Exit codes, which are those of pytest."""
 RAY = "ray"
+PYTEST_ONLY = {"keyword": "-k", "junit": "--junit", "record_failures": "--record-failures", "bag": "--bag"}
 
 
 def make_results(arguments: argparse.Namespace) -> int:
@@ -30,7 +31,7 @@ def make_results(arguments: argparse.Namespace) -> int:
     Raises:
         UsageError: arguments do not belong together, or the results file cannot be used.
     """
-    for option, name in (("keyword", "-k"), ("junit", "--junit"), ("record_failures", "--record-failures")):
+    for option, name in PYTEST_ONLY.items():
         if getattr(arguments, option):
             remedy = "name cases as FILE::CASE; `graphrun test show` prints the commands that run failed cases again"
             raise UsageError(f"{name}: not with --results\n  {remedy}")
@@ -91,7 +92,7 @@ def _pool(arguments: argparse.Namespace) -> Pool:
     machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     memory = machine / number if arguments.memory_limit is None else arguments.memory_limit * 1e6
     limits = Limits(arguments.time_limit, memory, arguments.rerun or 1)
-    settings = RunSettings(programs=arguments.allow_programs, scripts=arguments.allow_scripts)
+    settings = RunSettings(arguments.allow_programs, arguments.allow_scripts, arguments.digest_all)
     if arguments.workers is None:
         return ProcessPool(number, settings, limits)
     kind, _, address = arguments.workers.partition(":")

@@ -6,17 +6,15 @@ import contextlib
 import hashlib
 import itertools
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from graphengine.api.scene import loaded_of
+from graphengine.api.scene_files import SceneFiles
 from graphengine.experiments.scenario import Case, Scenario, find_scenarios, read_scenario
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError, UsageError
-from graphengine.recording.packing import PackedScene
-from graphengine.recording.sources import PROJECT, SHIPPED
 
 T = TypeVar("T")
 
@@ -27,21 +25,13 @@ class Bundle:
 
     Attributes:
         scenario: the scenario.
-        packed: files of its scene; None if the scene has errors, which each run then reports.
+        files: files of its scene; None if the scene has errors, which each run then reports.
         inputs: digest of the contents of the files.
-        origins: folders from which the files came, by those of the unpacked files, in the order in which texts replace them.
     """
 
     scenario: Scenario
-    packed: PackedScene | None
+    files: SceneFiles | None
     inputs: str
-    origins: Mapping[str, str]
-
-    def original(self, text: str, folder: Path) -> str:
-        """Return a text that names unpacked files below a folder with the names of the original files."""
-        for place, origin in self.origins.items():
-            text = text.replace(place.format(folder), origin)
-        return text
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,14 +106,10 @@ def _files(given: str) -> Iterator[tuple[Path, str]]:
 
 
 def _bundle(scenario: Scenario, scripts: bool) -> Bundle:
-    packed, origins = None, dict[str, str]()
+    files = None
     with contextlib.suppress(GraphError):  # each run reports it
-        loaded = loaded_of(scenario.load(allow_scripts=scripts))
-        packed = PackedScene.of(loaded)
-        own = str(loaded.path.resolve()).removesuffix(packed.given.partition("/")[2])
-        origins = {f"{{}}/{PROJECT}/": own, f"{{}}/{SHIPPED}/": f"{loaded.files.base}/", f"{Path.cwd()}/": ""}
-    contents = [scenario.path.read_bytes(), *(packed.files.values() if packed else ())]
-    return Bundle(scenario, packed, _digest(contents), origins)
+        files = SceneFiles.of(scenario.load(allow_scripts=scripts))
+    return Bundle(scenario, files, _digest([scenario.path.read_bytes(), *(files.contents if files else ())]))
 
 
 def _digest(contents: Iterable[bytes]) -> str:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from graphengine.api.expectations.conditions import parse
+from graphengine.api.expectations.readings import READINGS
 from graphengine.api.scene import Scene
 from graphengine.api.scene_loading import load
 from graphengine.experiments.expectation_specs import ExpectationSpec
 from graphengine.experiments.metric_specs import MetricSpec
 from graphengine.experiments.steps import StepSpec
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Location
 from graphengine.format.document import load as load_document
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file
@@ -25,6 +30,7 @@ from graphengine.format.legal_names import Name
 from graphengine.format.scene_spec import LockstepSpecs, MoverSpec
 from graphengine.format.spec import FileSpec, Format, Period
 from graphengine.format.spec_reader import Loaded, read
+from graphengine.format.wording import printable
 
 SUFFIX = ".scenario.yaml"
 MAX_CASES = 100_000
@@ -128,9 +134,18 @@ class Scenario:
 
     @property
     def scene(self) -> str:
-        """Path of the scene, or its name if it belongs to the package."""
+        """Path of the scene, or its name if it belongs to the package.
+
+        Raises:
+            UsageError: the scene lies neither in the folder of the scenario, nor in the current folder, nor below one of these.
+        """
         beside = self.path.parent / self.spec.scene
-        return str(beside) if beside.is_file() else self.spec.scene
+        if not beside.is_file():
+            return self.spec.scene
+        if not any(beside.resolve().is_relative_to(folder.resolve()) for folder in (self.path.parent, Path.cwd())):
+            text = f"{self.spec.scene} lies outside of the folder of the scenario and of the current folder"
+            raise UsageError(f"{text}; start in a folder that contains both")
+        return str(beside)
 
     def load(self, settings: Mapping[str, Any] = MappingProxyType({}), *, allow_scripts: bool = False) -> Scene:
         """Load the scene, with the movers of the scenario.
@@ -150,7 +165,10 @@ class Scenario:
         findings.raise_errors()
         assert document is not None
         own = {name: mover.model_dump(mode="json", exclude_unset=True) for name, mover in self.spec.movers.items()}
-        scene = {**document.data, "movers": {**document.data.get("movers", {}), **own}}
+        for mover in own.values():
+            if (self.path.parent / mover["shape"]).is_file():
+                mover["shape"] = os.path.relpath(self.path.parent / mover["shape"], path.parent)
+        scene = {**document.data, "movers": {**(document.data.get("movers") or {}), **own}}
         return load(scene, folder=path.parent, set=settings, allow_scripts=allow_scripts)
 
     def place(self, *location: str | int) -> str:
@@ -188,12 +206,32 @@ def read_scenario(path: str | os.PathLike[str], findings: Findings) -> Scenario 
     for value in spec.matrix.get(SEED, ()):
         if type(value) is not int:
             findings.add("G108", f"seed: expected whole numbers, got {value!r}", loaded.document.span("matrix", SEED))
-    for index, expectation in enumerate(spec.expect):
+    names = [case.name for case in scenario.cases()] if not findings.errors else []
+    for name, number in Counter(names).items():
+        if number > 1:
+            findings.add("G109", f"matrix: {number} cases have the name {name}", loaded.document.key_span("matrix"))
+    for location, check in _checks(spec):
         try:
-            expectation.expectation()
+            check()
         except UsageError as error:
-            findings.add("G109", str(error), loaded.document.span("expect", index))
+            findings.add("G109", str(error), loaded.document.span(*location))
     return scenario if not findings.errors else None
+
+
+def _checks(spec: ScenarioSpec) -> Iterator[tuple[Location, Callable[[], object]]]:
+    """Yield the location of each expectation, metric and condition of a step, with a function that raises UsageError."""
+    for index, expectation in enumerate(spec.expect):
+        yield ("expect", index), partial(_check_expectation, expectation)
+    for name, metric in spec.metrics.items():
+        yield ("metrics", name), partial(parse, metric.metric().text, READINGS)
+    for index, step in enumerate(spec.do):
+        for text in step.conditions():
+            yield ("do", index), partial(parse, text, READINGS)
+
+
+def _check_expectation(given: ExpectationSpec) -> None:
+    for condition in given.expectation().conditions:
+        parse(condition, READINGS)
 
 
 def find_scenarios(path: Path) -> list[Path]:
@@ -203,4 +241,4 @@ def find_scenarios(path: Path) -> list[Path]:
 
 def _shown(key: str, value: Any, index: int) -> str:
     """Return a value as pytest writes it in the name of a test."""
-    return str(value) if isinstance(value, str | int | float | bool) else f"{key.rpartition('.')[2]}{index}"
+    return printable(str(value)) if isinstance(value, str | int | float | bool) else f"{key.rpartition('.')[2]}{index}"

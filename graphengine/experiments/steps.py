@@ -5,6 +5,7 @@ A step is executed by a generator, which yields once for each tick that the step
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
@@ -14,6 +15,7 @@ from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.readings import readings_of
 from graphengine.api.session import Session
 from graphengine.api.session_control import RECORDED_COMMANDS
+from graphengine.api.values import plain
 from graphengine.experiments.stage import Stage
 from graphengine.experiments.waiting import WaitSpec
 from graphengine.format.durations import in_seconds
@@ -92,13 +94,14 @@ class ActionSpec(FileSpec):
 
 
 def _check_fields(what: str, message: Any, wanted: Mapping[str, Any]) -> None:
+    names = getattr(message, "__dataclass_fields__", {})
     for name, value in wanted.items():
-        if not hasattr(message, name):
-            raise UsageError(f"{what}: no field {name!r}\n  {listing(message.__dataclass_fields__, 'fields')}")
+        if name not in names:
+            raise UsageError(f"{what}: no field {name!r}\n  {listing(names, 'fields')}")
         found = getattr(message, name)
         if isinstance(value, dict):
             _check_fields(f"{what}.{name}", found, value)
-        elif found != value:
+        elif plain(found) != value:
             raise ExpectationError(f"{what}: expected {name} = {value!r}, got {found!r}")
 
 
@@ -136,6 +139,11 @@ class _Step(FileSpec):
         if value == {}:
             raise ValueError(f"expected a step; {listing(keys_of(cls), 'steps')}")
         return value
+
+    def conditions(self) -> Iterator[str]:
+        """Yield the conditions for which the step waits."""
+        if isinstance(self.wait, str):
+            yield self.wait
 
     def perform(self, stage: Stage) -> Ticks:
         """Execute the step.
@@ -190,6 +198,12 @@ class StepSpec(PlainStep):  # type: ignore[valid-type, misc]
 
     parallel: Annotated[tuple[_Sequence, ...], Field(strict=False, min_length=1)] | None = None
     """Lists of steps that are executed at the same time; the next step begins when all have ended."""
+
+    def conditions(self) -> Iterator[str]:
+        """Yield the conditions for which the step and its parallel steps wait."""
+        yield from super().conditions()
+        for step in itertools.chain.from_iterable(self.parallel or ()):
+            yield from _Step.conditions(step)
 
 
 def perform_all(steps: Any, stage: Stage) -> Ticks:

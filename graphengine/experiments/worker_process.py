@@ -9,28 +9,23 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from graphengine.api.scene import Scene
-from graphengine.api.scene_loading import open_scene
-from graphengine.api.values import plain
+from graphengine.api.scene_files import UnpackedScene
 from graphengine.experiments.case_run import CaseOptions, run_case
 from graphengine.experiments.programs import children, signal_groups
 from graphengine.experiments.result_rows import Row, row_of, start_row
 from graphengine.experiments.runs import Bundle, Run
 from graphengine.experiments.scenario import Scenario
-from graphengine.scene.loaded_scene import Options
 
 KEPT = 8
 """Number of loaded scenes that a worker keeps: a scene with other values of inputs is another one."""
 GRACE = 5.0
 """Time that a run gets to end when its worker is to end, s."""
-
-Place = tuple[Path, Options] | None
-"""Where an unpacked scene is, with the options that load it; None reads it from where the scenario has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +35,13 @@ class RunSettings:
     Attributes:
         programs: whether scenarios may start programs.
         scripts: whether graphs may run the Python code of their ScriptNodes.
+        digest_all: whether nodes publish on all topics, so that the digest of the output covers them.
         make: makes a run and returns its row; a benchmark has its own.
     """
 
     programs: bool = False
     scripts: bool = False
+    digest_all: bool = False
     make: Callable[[Run, RunSettings, Scenes], Row] | None = None
 
 
@@ -52,8 +49,8 @@ class Scenes:
     """The scenes that a worker has loaded, the newest last."""
 
     def __init__(self) -> None:
-        self.places: dict[Path, Place] = {}
-        """Places of unpacked scenes, by the file of the scenario."""
+        self.places: dict[Path, UnpackedScene | None] = {}
+        """Unpacked scenes by the file of the scenario; None reads the files from where the scenario has them."""
         self._kept: dict[str, Scene] = {}
 
     def load(self, scenario: Scenario, settings: Mapping[str, Any], *, allow_scripts: bool) -> Scene:
@@ -70,8 +67,7 @@ class Scenes:
         place = self.places.get(scenario.path)
         if place is None:
             return scenario.load(settings, allow_scripts=allow_scripts)
-        path, options = place
-        return open_scene(path, replace(options, overrides=plain(settings), scripts=allow_scripts))
+        return place.load(settings, allow_scripts=allow_scripts)
 
 
 def make_run(run: Run, settings: RunSettings, scenes: Scenes) -> Row:
@@ -79,7 +75,7 @@ def make_run(run: Run, settings: RunSettings, scenes: Scenes) -> Row:
     options = CaseOptions(
         programs=settings.programs,
         scripts=settings.scripts,
-        digest=True,
+        digest=settings.digest_all,
         load=scenes.load,
         log=lambda severity, node, text: None,
     )
@@ -101,10 +97,9 @@ def main() -> None:
     settings: RunSettings = orders.get()
     try:
         while True:
-            key, bundle, place, case, number = orders.get()
-            if bundle is not None:
-                bundles[key] = bundle
-                scenes.places[bundle.scenario.path] = place
+            key, new, case, number = orders.get()
+            if new is not None:
+                bundles[key], scenes.places[new[0].scenario.path] = new
             pipe.send((settings.make or make_run)(Run(bundles[key], case, number), settings, scenes))
     except KeyboardInterrupt:
         pass

@@ -13,14 +13,14 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from pathlib import Path
 from typing import Any
 
-from graphengine.experiments.programs import children, ending, signal_groups
+from graphengine.api.scene_files import UnpackedScene
+from graphengine.experiments.programs import children, ending, facts, signal_groups
 from graphengine.experiments.result_rows import WALL, Row, start_row
 from graphengine.experiments.runs import Run
 from graphengine.experiments.statistics import rerun_text
-from graphengine.experiments.worker_process import GRACE, Place, RunSettings
+from graphengine.experiments.worker_process import GRACE, RunSettings
 
 LOOK = 0.1
 """Time between two looks at the limits of a run, s."""
@@ -62,13 +62,10 @@ class Worker:
     @property
     def memory(self) -> int:
         """Resident memory of the process, bytes; 0 without a process or without /proc."""
-        try:
-            statm = Path(f"/proc/{self._process.pid if self._process else 0}/statm").read_text()
-        except OSError:
-            return 0
-        return int(statm.split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        words = facts(self._process.pid, "statm") if self._process is not None else []
+        return int(words[1]) * os.sysconf("SC_PAGE_SIZE") if words else 0
 
-    def begin(self, run: Run, place: Place = None) -> None:
+    def begin(self, run: Run, place: UnpackedScene | None = None) -> None:
         """Begin a run; `place` is that of its unpacked scene."""
         self._run, self._place = run, place
         self._tries = self._runs = self._failures = 0
@@ -83,10 +80,15 @@ class Worker:
             row = self._crashed()
         return self._counted(row) if row is not None else None
 
-    def close(self) -> None:
-        """End the process, after a run that goes on has closed its session and its programs."""
+    def part(self) -> None:
+        """Let the process end, without waiting."""
         if self._process is not None:
             self.pipe.close()
+
+    def close(self) -> None:
+        """End the process, after a run that goes on has closed its session and its programs."""
+        self.part()
+        if self._process is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(GRACE + 1.0)
             self._kill()
@@ -96,13 +98,11 @@ class Worker:
             self._start()
         bundle = self._run.bundle
         key = f"{bundle.scenario.path} {bundle.inputs}"
-        known = key in self._known
+        new = None if key in self._known else (bundle, self._place)
         self._known.add(key)
         self._begin = self._looked = time.monotonic()
         with contextlib.suppress(OSError):  # `look` finds that the process has ended
-            self.pipe.send(
-                (key, None if known else bundle, None if known else self._place, self._run.case, self._run.number)
-            )
+            self.pipe.send((key, new, self._run.case, self._run.number))
 
     def _start(self) -> None:
         ours, theirs = socket.socketpair()
@@ -125,12 +125,11 @@ class Worker:
         if now - self._looked < LOOK or self._process is None:
             return None
         self._looked = now
-        reason = ""
         if now - self._begin > self._limits.seconds:
             reason = f"no result after {self._limits.seconds:g} s of wall time (--time-limit)"
         elif self.memory > self._limits.memory:
             reason = f"its process used more than {self._limits.memory / 1e6:.0f} MB of memory (--memory-limit)"
-        if not reason:
+        else:
             return None
         self._kill()
         return self._error(reason)
@@ -203,6 +202,8 @@ class ProcessPool:
                     yield row
 
     def close(self) -> None:
-        """End the processes."""
+        """End the processes, all at the same time."""
+        for worker in self.workers:
+            worker.part()
         for worker in self.workers:
             worker.close()

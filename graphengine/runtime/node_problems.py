@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -25,10 +26,13 @@ class NodeProblems:
         self._counts: dict[str, int] = {}
         """Number of problems of each node by prim path, without dropped values."""
         self._texts: dict[str, str] = {}
+        self.logged: Counter[str] = Counter()
+        """Number of messages by severity, including those of no node."""
         self._errors: set[str] = set()
 
     def log(self, severity: str, node: str, text: str) -> None:
         """Count an error or warning that a node logs; for a dropped value, keep only the text: `dropped` counts it."""
+        self.logged[severity] += 1
         if not node or severity not in ("error", "warning"):
             return
         if severity == "warning" and node in self._drops():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from pathlib import Path
 
 import graphengine as ge
 from graphengine.messages.endpoints import EndpointClaim
@@ -47,6 +48,17 @@ def test_the_digest_is_that_of_topics_and_bytes_in_order() -> None:
         sim.step(3)
     expected = b"".join(topic.encode() + b"\0%d\0" % len(data) + data for topic, data in sent)
     assert output.value == hashlib.blake2b(expected, digest_size=16).hexdigest()
+
+
+def test_everything_is_what_a_recording_has(tmp_path: Path) -> None:
+    with ge.load("dd100_flat", rays="mujoco").session() as sim:
+        whole = sim.digest_output(everything=True)
+        sim.step(5)
+    with ge.load("dd100_flat", rays="mujoco").session(record=tmp_path / "run.mcap") as sim:
+        recorded = sim.digest_output()
+        sim.step(5)
+    assert (whole.value, whole.messages) == (recorded.value, recorded.messages)
+    assert whole.messages > digest()[1]
 
 
 def test_a_closed_digest_stays_as_it_is() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
@@ -107,3 +108,13 @@ def without_wall(path: Path) -> list[str]:
     """Return the lines of a results file without wall times, sorted."""
     found = map(json.loads, path.read_text(encoding="utf-8").splitlines())
     return sorted(json.dumps({**row, "wall": None}) for row in found)
+
+
+def processes(begin: bytes) -> list[int]:
+    """Return the numbers of the processes whose command line begins so; NUL is between its words."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):  # it has ended
+            if path.read_bytes().startswith(begin):
+                found.append(int(path.parent.name))
+    return found

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.cli import main
 from graphengine.experiments.bag_case import IGNORED, bag_case, judge_on_bag
-from graphengine.experiments.scenario import ScenarioSpec
 from tests.api.expectations.bag_writing import LENGTH, driving, write_bag
 from tests.experiments.harness import DRIVING, scenario_file, scenario_of
 
@@ -30,9 +30,7 @@ def test_steps_scene_and_matrix_are_ignored(tmp_path: Path, bag: Path) -> None:
     assert bag_case(scenario, bag).name == "tried[real]"
     result = judge_on_bag(scenario, bag)
     assert (result.outcome, result.time) == ("passed", LENGTH)
-    assert {*IGNORED} == {field.alias or name for name, field in ScenarioSpec.model_fields.items()} - {
-        *("format", "scenario", "doc", "seed", "expect", "stop")
-    }
+    assert {"scene", "set", "matrix", "pass", "do"} <= {*IGNORED}
 
 
 def test_a_stated_end_of_the_run_is_the_end_of_the_judgement(tmp_path: Path, bag: Path) -> None:
@@ -77,3 +75,11 @@ def test_graphrun_test_writes_the_same_junit(tmp_path: Path, bag: Path) -> None:
         "unfit[real]": {"error"},
         "steps[real]": {"skipped"},
     }
+
+
+@pytest.mark.parametrize("option", [("--results", "rows.jsonl"), ("--rerun", "3"), ("--record-failures", "kept")])
+def test_what_needs_a_simulation_is_refused(
+    bag: Path, option: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["test", "--bag", str(bag), *option]) == 4
+    assert f"{option[0]}: not with --bag, which simulates nothing" in capsys.readouterr().err

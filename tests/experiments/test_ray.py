@@ -16,7 +16,18 @@ from graphengine.experiments.ray_pool import RayPool
 from graphengine.experiments.runs import plan_runs
 from graphengine.experiments.worker_process import RunSettings
 from graphengine.experiments.workers import Limits
-from tests.experiments.falling import ABORTS, FAILS, HANGS, PASSES, finish, run, start, without_wall, write_scenario
+from tests.experiments.falling import (
+    ABORTS,
+    FAILS,
+    HANGS,
+    PASSES,
+    finish,
+    processes,
+    run,
+    start,
+    without_wall,
+    write_scenario,
+)
 from tests.waiting import eventually
 
 ray: Any = pytest.importorskip("ray")
@@ -38,14 +49,7 @@ def cluster() -> Iterator[str]:
 
 def workers() -> list[int]:
     """Return the processes of Ray in which runs are made."""
-    found = []
-    for path in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            if path.read_bytes().startswith(b"ray::make_here"):
-                found.append(int(path.parent.name))
-        except OSError:
-            continue
-    return found
+    return processes(b"ray::make_here")
 
 
 def test_200_cases_on_two_nodes_have_the_rows_of_processes(tmp_path: Path, cluster: str) -> None:

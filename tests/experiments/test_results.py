@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from pathlib import Path
@@ -119,6 +120,18 @@ def test_only_one_process_writes_to_a_results_file(tmp_path: Path) -> None:
         ResultsFile(tmp_path / "rows.jsonl", resume=True)
     first.close()
     ResultsFile(tmp_path / "rows.jsonl", resume=True).close()
+
+
+def test_a_digest_of_all_topics_covers_those_that_nobody_reads(tmp_path: Path) -> None:
+    scenario = write_scenario(tmp_path, [0], [PASSES])
+    text = scenario.read_text(encoding="utf-8")
+    scenario.write_text(text.replace("  - rate: {topic: /clock, at_least: 99, over: 0.1}\n", ""), encoding="utf-8")
+    run(tmp_path, "--results", "read.jsonl")
+    run(tmp_path, "--results", "all.jsonl", "--digest-all")
+    (read,), (whole,) = rows(tmp_path / "read.jsonl"), rows(tmp_path / "all.jsonl")
+    assert read["digest"] == hashlib.blake2b(b"", digest_size=16).hexdigest()
+    assert whole["digest"] != read["digest"]
+    assert whole["verdicts"] == read["verdicts"]
 
 
 def test_a_file_of_something_else_is_named_with_its_line(tmp_path: Path) -> None:

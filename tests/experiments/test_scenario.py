@@ -44,7 +44,16 @@ def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path
         ("expect: [within: 3s]\n", ["'within' needs the key 'reach'"]),
         ("expect: [{always: time < 1, reach: time > 1}]\n", ["'reach' does not belong to 'always'"]),
         ("expect: [{count: time > 1, at_least: 3, at_most: 2}]\n", ["4:10: error G109", "0 <= at_least <= at_most"]),
-        ("expect: [{rate: {topic: /a, at_lest: 3}}]\n", ["unknown key 'at_lest'", "did you mean 'at_least'?"]),
+        ("expect: [{rate: {topc: /a, at_least: 3}}]\n", ["unknown key 'topc'", "did you mean 'topic'?"]),
+        ("expect: [rate: {topic: /a}]\n", ["'rate' needs a limit: at_least, at_most or both"]),
+        ("expect: [count: time > 1]\n", ["'count' needs a limit"]),
+        (
+            "expect: [always: tlt < 0.1]\n",
+            ["4:10: error G109: tlt < 0.1: there is no name 'tlt'", "did you mean 'tilt'?"],
+        ),
+        ("expect: [always: rate(]\n", ["4:10: error G109: not an expression"]),
+        ("do: [{parallel: [[wait: tme > 1]]}]\n", ["there is no name 'tme'"]),
+        (f"matrix: {{A.x: [1, 1.0, '1']}}\n{EXPECTED}", ["2 cases have the name tried[1]"]),
         ("do: [{wait: 1s, publish: {topic: /a, message: {}}}]\n", ["a step has one key, got 'wait' and 'publish'"]),
         ("do: [fly: 3]\n", ["unknown key 'fly'", "publish, wait, call, action, start"]),
         (
@@ -70,7 +79,8 @@ def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found:
     ("text", "reason"),
     [
         ('expect: [always: tilt("dd101") < 0.1]\n', "4: no entity 'dd101'"),
-        ("expect: [always: tlt < 0.1]\n", "4: tlt < 0.1: "),
+        ("expect:\n  - always: pose(5).position[0] < 0.1\n", "5: "),
+        ("expect: [always: sqrt(time) * nan < 1]\n", "a side of a comparison is not a number (NaN)"),
         ("do: [publish: {topic: /cmd_vel, message: {}}]\n", "4: no graph uses topic '/cmd_vel'"),
         ("do: [wait: 3s]\nstop: {after: 1s}\n", "4: the run ended at 1.000 s before this step did"),
         ("set: {Nowhere.x: 1}\n" + EXPECTED, "Nowhere"),
@@ -79,7 +89,38 @@ def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found:
 )
 def test_what_only_a_run_can_find_is_an_error_with_its_place(tmp_path: Path, text: str, reason: str) -> None:
     result = result_of(scenario_file(tmp_path, text))
-    assert (result.outcome, reason in result.reason) == ("error", True), result.reason
+    assert (result.outcome, reason in result.report()) == ("error", True), result.report()
+
+
+def test_steps_go_on_after_all_is_met_and_a_run_of_steps_alone_waits_for_its_publications(tmp_path: Path) -> None:
+    met_early = "do: [wait: 1s]\nexpect:\n  - within: 10s\n    reach: time > 0.2\n"
+    result = result_of(scenario_file(tmp_path, met_early))
+    assert result.outcome == "passed"
+    assert result.time == pytest.approx(1.0, abs=0.02)
+    sends = "do: [publish: {topic: /dd100_0000/cmd_vel, message: {}, every: 0.1s, for: 0.5s}]\n"
+    assert result_of(scenario_file(tmp_path, sends)).time == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_scene_outside_of_the_folder_and_the_current_folder_is_not_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "secret").write_text("machine h login u password s3cret\n")
+    folder = tmp_path / "strange"
+    folder.mkdir()
+    path = scenario_file(folder, EXPECTED, scene="../secret")
+    monkeypatch.chdir(folder)
+    result = result_of(path)
+    assert (result.outcome, "s3cret" in result.reason) == ("error", False)
+    assert "lies outside of the folder of the scenario and of the current folder" in result.reason
+    monkeypatch.chdir(tmp_path)
+    assert "s3cret" in result_of(path).reason
+
+
+def test_looking_for_a_package_imports_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        result_of(scenario_file(tmp_path, "requires: [this.x]\nstop: {after: 0.1s}\n" + EXPECTED)).outcome == "passed"
+    )
+    assert "Zen" not in capsys.readouterr().out
 
 
 def test_what_is_not_installed_is_skipped(tmp_path: Path) -> None:

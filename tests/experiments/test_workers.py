@@ -13,6 +13,7 @@ from tests.experiments.falling import (
     HOGS,
     PASSES,
     finish,
+    processes,
     rows,
     run,
     start,
@@ -74,3 +75,23 @@ def test_an_interrupt_ends_the_workers_and_keeps_whole_rows(tmp_path: Path) -> N
         assert time.monotonic() - begin < 10
     assert not any(Path(f"/proc/{worker}").exists() for worker in workers)
     assert path.read_bytes().endswith(b"\n")
+
+
+PROGRAM = """
+transport: memory
+do:
+  - start: [sleep, "SECONDS"]
+  - set: {address: Script.harm, value: HANGS}
+"""
+
+
+def test_the_programs_of_a_run_that_hangs_end_with_it(tmp_path: Path) -> None:
+    seconds = f"1000.{os.getpid()}"  # no other program sleeps as long
+    write_scenario(tmp_path, [0], [PASSES], PROGRAM.replace("SECONDS", seconds).replace("HANGS", str(HANGS)))
+
+    command = f"sleep\0{seconds}\0".encode()
+    with start(tmp_path, "--results", "rows.jsonl", "--allow-programs", "--time-limit", "8") as driver:
+        assert eventually(lambda: processes(command))
+        assert driver.wait(timeout=60) == 1
+    assert not processes(command)
+    assert "--time-limit" in rows(tmp_path / "rows.jsonl")[0]["reason"]

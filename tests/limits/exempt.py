@@ -119,7 +119,10 @@ BOUNDS_NO_INPUT = {
         "control.runs.PATIENCE",
         "ros.parameter_client.PATIENCE",
     ),
-    "a bound beyond which another part takes over": ("api.expectations.conditions.MAX_EXPONENT",),
+    "a bound beyond which another part takes over": (
+        "api.expectations.conditions.MAX_EXPONENT",
+        "physics.dynamics.mover_motion.SHORTEST_LAP",
+    ),
     "a setting that another program gets": (
         "ros.transports.dds.cyclone.MAX_BLOCKING_MS",
         "ros.ports.MAX_PARTICIPANT_INDEX",

@@ -22,7 +22,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, storage_mcap
 from rosbags.rosbag2.storage_mcap import zstd  # type: ignore[attr-defined]  # its module depends on the version of Python
 
-from graphengine.format.errors import RecordingError, UsageError
+from graphengine.format.errors import GraphError, RecordingError, UsageError
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.messages.definitions import Definitions, shipped
 from graphengine.messages.distros import DISTROS
@@ -62,13 +62,13 @@ class BagFile:
             for reader in self._readers:
                 _check_chunks(getattr(reader.storage, "chunks", ()))
             first = next(read_records(files[0]), None) if files[0].suffix == ".mcap" else None
+            self.begin = int(min(reader.start_time for reader in self._readers))
+            """Log time of the first message, ns."""
+            self.end = int(max(reader.end_time for reader in self._readers)) - 1
+            """Log time of the last message, ns."""
         self.is_run = isinstance(first, Header) and first.library.startswith(mcap_schema.LIBRARY)
         """Whether this product recorded a run; its log times are simulation times."""
         self.connections = list(chain.from_iterable(reader.connections for reader in self._readers))
-        self.begin = min(reader.start_time for reader in self._readers)
-        """Log time of the first message, ns."""
-        self.end = max(reader.end_time for reader in self._readers) - 1
-        """Log time of the last message, ns."""
 
     def close(self) -> None:
         """Close the files."""
@@ -80,15 +80,13 @@ class BagFile:
         Raises:
             UsageError: the bag has no such topic, or the type is not defined.
         """
-        found = {one.msgtype: one for one in self.connections if one.topic == topic}
-        if not found:
-            names = {one.topic for one in self.connections if not one.topic.startswith(mcap_schema.HIDDEN)}
-            near = did_you_mean(topic, names) or listing(sorted(names), "topics")
+        found = next((one for one in self.connections if one.topic == topic), None)
+        if found is None:
+            names = sorted({str(one.topic) for one in self.connections})
+            near = did_you_mean(topic, names) or listing(names, "topics")
             raise UsageError(f"the bag has no topic {shown(topic)}\n  {near}")
-        if len(found) > 1:
-            raise UsageError(f"topic {topic}: its messages have several types; {listing(sorted(found), 'types')}")
-        (connection,) = found.values()
-        return connection.msgtype, _definitions(topic, connection)
+        with self._reading():
+            return found.msgtype, _definitions(topic, found)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[tuple[int, str, bytes]]:
         """Yield log time, ns, topic and data of the messages of topics in the order of time; None stands for all topics.
@@ -104,13 +102,13 @@ class BagFile:
             for connection, time, data in merge(*streams, key=itemgetter(1)):
                 if data.startswith(_ZSTD):
                     data = zstd.ZstdDecompressor().decompress(data, MAX_MESSAGE_BYTES)
-                yield time, connection.topic, data
+                yield int(time), connection.topic, data
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
         try:
             yield
-        except (GeneratorExit, RecordingError):
+        except (GeneratorExit, GraphError):
             raise
         except Exception as error:  # damaged files fail in many ways inside rosbags
             self.close()

@@ -117,7 +117,6 @@ class Bag:
 
         Raises:
             RecordingError: the bag is damaged.
-            UsageError: the bag is too long for the intervals of a rate.
         """
         for at, group in itertools.groupby(self._events(), key=itemgetter(0)):
             events = list(group)
@@ -168,8 +167,7 @@ class Bag:
 
         def rate(topic: str, over: float = 1.0) -> Reading:
             reading = readings["rate"](topic, over)
-            if self._length / over > MAX_INTERVALS:
-                number = self._length / over
+            if (number := self._length / over) > MAX_INTERVALS:
                 raise UsageError(f"rate: the bag has {number:.3g} intervals of {over:g} s, more than {MAX_INTERVALS}")
             self._read.add(float(over) if self._clock is None else CLOCK)
             return reading
@@ -191,23 +189,23 @@ class _Topic:
     """The messages of a topic up to the present time."""
 
     def __init__(self, message_type: str, definitions: Definitions) -> None:
-        self._type, self._definitions = message_type, definitions
-        self._data, self._message = b"", None
-        self.received = 0
+        self._decode = partial(messages.decode, message_type=message_type, definitions=definitions)
+        self._data, self.received = b"", 0
 
     def deliver(self, data: bytes) -> None:
-        self._data, self._message = data, None
-        self.received += 1
+        self._data, self.received = data, self.received + 1
 
     @property
     def latest(self) -> Any:
-        if self._message is None and self._data:
-            self._message = messages.decode(self._data, self._type, self._definitions)
-        return self._message
+        return self._decode(self._data) if self._data else None
+
+    def newest(self, count: int) -> list[Any]:
+        """Return the newest message if `count` is above 0: each message is judged by itself."""
+        return [self.latest] if count > 0 and self._data else []
 
     def nanoseconds(self, data: bytes) -> int:
         """Return the time, ns, that a message of `/clock` contains."""
-        time = messages.decode(data, self._type, self._definitions).clock
+        time = self._decode(data).clock
         return int(time.sec * 10**9 + time.nanosec)
 
 

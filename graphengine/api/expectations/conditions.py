@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import math
-import operator
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
+from graphengine.api.expectations.comparisons import COMPARISONS, ORDERS, at_most, below, certain, compared, joined
 from graphengine.api.expectations.operators import Sample
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import printable, shown
 from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
 
@@ -44,22 +45,18 @@ _NUMERIC = (
 _COLLECTIVE = ("len", "max", "min", "sum")
 _CONSTANTS = ("e", "inf", "nan", "pi", "tau")
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod)
-_Comparison = tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]
-_COMPARISONS: Mapping[type[ast.cmpop], _Comparison] = {
-    ast.Lt: (operator.lt, lambda a, b: b - a),
-    ast.LtE: (operator.le, lambda a, b: b - a),
-    ast.Gt: (operator.gt, lambda a, b: a - b),
-    ast.GtE: (operator.ge, lambda a, b: a - b),
-    ast.Eq: (operator.eq, lambda a, b: -abs(a - b)),
-    ast.NotEq: (operator.ne, lambda a, b: abs(a - b)),
-    ast.In: (lambda a, b: a in b, lambda a, b: math.nan),
-    ast.NotIn: (lambda a, b: a not in b, lambda a, b: math.nan),
-}
-"""The operator and the margin of each comparison; NaN stands for an infinite margin."""
 
 
 class NoValueError(Exception):
     """A reading has no value yet, such as the message of a topic on which none has arrived."""
+
+
+class ReadingState(Stateful):
+    """What a reading remembers between ticks; checkpoints contain it."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Begin anew at the present time, because the time was reset."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,15 +67,33 @@ class Reading:
         read: returns the present value, or raises NoValueError.
         kind: kind of the value.
         fields: kinds of the fields of a record.
+        state: what the reading remembers between ticks; None if it remembers nothing.
     """
 
     read: Callable[[], Any]
     kind: Kind = "number"
     fields: Mapping[str, Kind] = field(default_factory=dict)
+    state: ReadingState | None = None
 
 
 Readings = Mapping[str, Callable[..., Reading]]
 """Functions of expressions by name; a function gets the constant arguments of a call and returns the reading."""
+
+
+def parse(text: str, readings: Iterable[str]) -> ast.expr:
+    """Return the syntax tree of an expression that only uses these readings and functions, and no forbidden syntax.
+
+    Raises:
+        UsageError: the text is not a legal expression.
+    """
+    try:
+        compiled(text, known=(*readings, *FUNCTIONS))
+        return ast.parse(text.strip(), mode="eval").body
+    except SyntaxError as error:
+        place = f"\n  {printable(text.strip())}\n  {' ' * ((error.offset or len(text.strip()) + 1) - 1)}^"
+        raise UsageError(f"not an expression: {error.msg}{place}") from None
+    except (ForbiddenError, ValueError) as error:
+        raise UsageError(f"{printable(text)}: {error}") from None
 
 
 class Expression:
@@ -97,17 +112,16 @@ class Expression:
 
     def __init__(self, text: str, readings: Readings) -> None:
         self.text = text
+        binder = _Binder(readings)
+        tree = parse(text, readings)
         try:
-            binder = _Binder(readings)
-            compiled(text, known=(*readings, *FUNCTIONS))
-            tree = binder.visit(ast.parse(text.strip(), mode="eval").body)
-        except SyntaxError as error:
-            place = f"\n  {printable(text.strip())}\n  {' ' * ((error.offset or len(text.strip()) + 1) - 1)}^"
-            raise UsageError(f"not an expression: {error.msg}{place}") from None
-        except (ForbiddenError, ValueError) as error:
+            tree = binder.visit(tree)
+        except ValueError as error:
             raise UsageError(f"{printable(text)}: {error}") from None
         self._bound = binder.bound
         self._names = binder.names
+        self.states = [reading.state for reading in binder.bound.values() if reading.state is not None]
+        """What the readings remember between ticks."""
         self._evaluate = self._compiled(tree)
 
     def number(self) -> float | None:
@@ -148,10 +162,22 @@ class Expression:
         if isinstance(node, ast.Name) and node.id in self._bound:
             return self._bound[node.id].read
         if self._kind(node) == "other":
-            code, bound = compiled(node), self._bound
-            return lambda: _FieldGuard().evaluate(code, {**FUNCTIONS, **{name: bound[name].read() for name in bound}})
+            used = {part.id for part in ast.walk(node) if isinstance(part, ast.Name)} & {*self._bound}
+            code, names, reads = compiled(node), dict(FUNCTIONS), {name: self._bound[name].read for name in used}
+
+            def evaluate() -> Any:
+                for name, read in reads.items():
+                    names[name] = read()
+                return _FieldGuard().evaluate(code, names)
+
+            return evaluate
+        return self._plain(node)
+
+    def _plain(self, node: ast.expr) -> Callable[[], Any]:
+        """Compile an operand that consists of numbers, or a call of a function of `ORDERS`, to plain Python."""
         body = ast.Lambda(ast.arguments([], [], None, [], [], None, []), _Caller(self._bound).visit(node))
-        names = {name: FUNCTIONS[name] for name in (*_NUMERIC, *_COLLECTIVE, *_CONSTANTS)}
+        names: dict[str, Any] = {"_below": below, "_at_most": at_most}
+        names |= {name: FUNCTIONS[name] for name in (*_NUMERIC, *_COLLECTIVE, *_CONSTANTS)}
         names |= {name: reading.read for name, reading in self._bound.items()}
         function: Callable[[], Any] = eval(
             compile(ast.fix_missing_locations(ast.Expression(body)), "<expression>", "eval"),
@@ -195,7 +221,7 @@ class Condition(Expression):
 
     The margin of a comparison of numbers is the difference of its sides; of an equality, the negative absolute difference.
     `and` has the smaller margin of its parts, `or` the larger one, and `not` the opposite one. All other values have an infinite
-    margin.
+    margin. All parts are evaluated in every tick: a reading without a value leaves the whole condition without one.
 
     >>> Condition("1 < limit() and limit() <= 4", {"limit": lambda: Reading(lambda: 3.0)}).sample()
     Sample(holds=True, margin=1.0)
@@ -218,15 +244,18 @@ class Condition(Expression):
         match node:
             case ast.BoolOp():
                 parts = [self._sampled(part) for part in node.values]
-                return _joined(parts, *((all, min) if isinstance(node.op, ast.And) else (any, max)))
+                return joined(parts, *((all, min) if isinstance(node.op, ast.And) else (any, max)))
             case ast.UnaryOp(op=ast.Not()):
                 part = self._sampled(node.operand)
                 return lambda: part().inverted()
-            case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
+            case ast.Compare(ops=[op]) if type(op) in ORDERS and self._number(node.left, *node.comparators) == "number":
+                name, order = ORDERS[type(op)]
+                return self._plain(ast.Call(ast.Name(name, ast.Load()), [node.left, *node.comparators][::order], []))
+            case ast.Compare() if all(type(op) in COMPARISONS for op in node.ops):
                 sides = [self._value(side) for side in (node.left, *node.comparators)]
-                return _compared([_COMPARISONS[type(op)] for op in node.ops], sides)
+                return compared([COMPARISONS[type(op)] for op in node.ops], sides)
         value = self._value(node)
-        return lambda: _certain(bool(value()))
+        return lambda: certain(bool(value()))
 
 
 def _whole(index: ast.expr) -> int | None:
@@ -238,45 +267,13 @@ def _whole(index: ast.expr) -> int | None:
     return value if type(value) is int else None
 
 
-def _certain(holds: bool) -> Sample:
-    return Sample(holds, math.inf if holds else -math.inf)
-
-
-def _joined(
-    parts: Sequence[Callable[[], Sample]],
-    holds: Callable[[Iterable[bool]], bool],
-    margin: Callable[[Iterable[float]], float],
-) -> Callable[[], Sample]:
-    def evaluate() -> Sample:
-        samples = [part() for part in parts]
-        return Sample(holds(sample.holds for sample in samples), margin(sample.margin for sample in samples))
-
-    return evaluate
-
-
-def _compared(operators: Sequence[_Comparison], sides: Sequence[Callable[[], Any]]) -> Callable[[], Sample]:
-    """Return the function that evaluates a chain of comparisons, each side once."""
-
-    def evaluate() -> Sample:
-        values = [side() for side in sides]
-        samples = [_pair(*each) for each in zip(operators, values, values[1:], strict=False)]
-        return min(samples) if len(samples) > 1 else samples[0]
-
-    return evaluate
-
-
-def _pair(operators: _Comparison, first: Any, second: Any) -> Sample:
-    holds, margin = operators
-    held = bool(holds(first, second))
-    try:
-        difference = float(margin(first, second))
-    except TypeError:
-        return _certain(held)
-    return Sample(held, difference) if difference == difference else _certain(held)
-
-
 class _FieldGuard(Guard):
     """Lets expressions read the fields of messages and of other records."""
+
+    def attribute(self, value: Any, name: str) -> Any:
+        if name in getattr(value, "__dataclass_fields__", ()) and not name.startswith("_"):
+            return getattr(value, name)
+        return super().attribute(value, name)
 
     def attributes(self, value: Any) -> Collection[str]:
         if hasattr(value, "__dataclass_fields__"):
@@ -299,19 +296,22 @@ class _Binder(ast.NodeTransformer):
             return self.generic_visit(node)
         try:
             arguments = [ast.literal_eval(argument) for argument in node.args]
-        except ValueError:
+            named = {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in node.keywords}
+        except (TypeError, ValueError):
             raise ValueError(f"the arguments of {node.func.id} must be constants") from None
-        return self._bind(node, node.func.id, arguments)
+        return self._bind(node, node.func.id, arguments, named)
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
-        return self._bind(node, node.id, []) if node.id in self._readings else node
+        return self._bind(node, node.id, [], {}) if node.id in self._readings else node
 
-    def _bind(self, node: ast.expr, function: str, arguments: list[Any]) -> ast.Name:
+    def _bind(self, node: ast.expr, function: str, arguments: list[Any], named: dict[str, Any]) -> ast.Name:
         text = ast.unparse(node)
         if text not in self.names:
             try:
-                reading = self._readings[function](*arguments)
-            except TypeError as error:
+                reading = self._readings[function](*arguments, **named)
+            except GraphError:
+                raise
+            except Exception as error:  # of arguments of another type or number than the function expects
                 raise ValueError(str(error).replace(f"{function}()", function)) from None
             self.names[text] = f"reading_{len(self.bound)}"
             self.bound[self.names[text]] = reading

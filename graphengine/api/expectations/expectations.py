@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Condition, Readings
+from graphengine.api.expectations.conditions import Condition, Readings, ReadingState
 from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
 from graphengine.api.expectations.readings import Source, readings_of
 from graphengine.api.expecting import Check, Outcome
@@ -109,12 +109,12 @@ def rate(topic: str, at_least: float = 0.0, at_most: float = math.inf, over: flo
     """
     parts = [f"at least {at_least:g}" * (at_least > 0.0), f"at most {at_most:g}" * (at_most < math.inf)]
     text = f"rate of {topic}: {' and '.join(filter(None, parts)) or 'any'} Hz in each {over:g} s"
-    return Expectation(text, (f"{at_least!r} <= rate({topic!r}, {over!r}) <= {_number(at_most)}",), Always)
+    return Expectation(text, (_bounded(f"rate({topic!r}, {float(over)!r})", at_least, at_most),), Always)
 
 
 def latency(topic: str, at_most: float) -> Expectation:
     """Expect the messages of a topic to arrive at most `at_most` seconds of simulation after their stamp."""
-    return Expectation(f"latency of {topic}: at most {at_most:g} s", (f"age({topic!r}) <= {at_most!r}",), Always)
+    return Expectation(f"latency of {topic}: at most {at_most:g} s", (f"age({topic!r}) <= {float(at_most)!r}",), Always)
 
 
 def _shown(value: Any) -> str:
@@ -129,8 +129,11 @@ def _shown(value: Any) -> str:
     return str(value)
 
 
-def _number(value: float) -> str:
-    return "inf" if math.isinf(value) else repr(value)
+def _bounded(value: str, least: float, most: float) -> str:
+    """Return the condition that a value is not below `least`, if this is above 0, and not above `most`, if this is finite."""
+    if math.isinf(most):
+        return f"{float(least)!r} <= {value}"
+    return f"{float(least)!r} <= {value} <= {float(most)!r}" if least > 0.0 else f"{value} <= {float(most)!r}"
 
 
 def _duration(seconds: float) -> float:
@@ -153,15 +156,30 @@ class ExpectationCheck(Check):
     def __init__(self, expectation: Expectation, source: Source, readings: Readings) -> None:
         self.expectation = expectation
         self._source = source
+        self._time = readings["time"]().read
         self._conditions = [Condition(text, readings) for text in expectation.conditions]
         self._frame = source.tick
         self.trace: list[tuple[float, float]] | None = None
         """Time, s, and margin of each sample; None unless the caller sets a list before the run."""
         self._begin()
 
+    def save(self) -> Any:
+        """Return a copy of the state of the judgement and of its readings."""
+        return super().save(), [state.save() for state in self._states()]
+
+    def restore(self, saved: Any) -> None:
+        """Return to a saved state."""
+        own, states = saved
+        super().restore(own)
+        for state, kept in zip(self._states(), states, strict=True):
+            state.restore(kept)
+
+    def _states(self) -> list[ReadingState]:
+        return [state for condition in self._conditions for state in condition.states]
+
     def _begin(self) -> None:
         self._operator = self.expectation.make()
-        self._operator.begin = self._source.time
+        self._operator.begin = self._time()
         self._error = ""
         self._values: dict[str, str] = {}
         """Values of the readings in the tick that decided the outcome, as text."""
@@ -169,7 +187,7 @@ class ExpectationCheck(Check):
     @property
     def outcome(self) -> Outcome:
         """The outcome so far."""
-        return "error" if self._error else self._operator.verdict.outcome
+        return "error" if self._error else self._operator.outcome
 
     @property
     def verdict(self) -> Verdict:
@@ -178,24 +196,28 @@ class ExpectationCheck(Check):
 
     def after_tick(self, frame: int) -> None:
         """Judge the state after a tick; `frame` is the number of ticks since the start or since the last reset of the time."""
-        if frame < self._frame:
+        if frame <= self._frame:  # time was reset
             self._begin()
+            for state in self._states():
+                state.reset()
         self._frame = frame
         if self._error:
             return
         try:
-            samples = [condition.sample() for condition in self._conditions]
+            samples: list[Any] = [condition.sample() for condition in self._conditions]
         except GraphError as error:
             self._error = str(error)
             return
         if None in samples:
             return
-        given = [sample.inverted() if self.expectation.inverted else sample for sample in samples if sample]
-        was_open = self._operator.verdict.outcome == "open"
-        self._operator.add(self._source.time, *given)
+        if self.expectation.inverted:
+            samples = [sample.inverted() for sample in samples]
+        operator, time = self._operator, self._time()
+        was_open = operator.outcome == "open"
+        operator.add(time, *samples)
         if self.trace is not None:
-            self.trace.append((self._source.time, min(sample.margin for sample in given)))
-        if was_open and self._operator.verdict.outcome != "open":
+            self.trace.append((time, min(sample.margin for sample in samples)))
+        if was_open and operator.outcome != "open":
             self._note_values()
 
     def end(self) -> None:

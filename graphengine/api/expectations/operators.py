@@ -59,19 +59,20 @@ class Operator(ABC):
 
     Attributes:
         begin: time from which durations count, s; None stands for the time of the first sample.
+        outcome: `open` until the samples decide it.
     """
 
     def __init__(self) -> None:
         self.begin: float | None = None
         self._now = 0.0
         self._decided: float | None = None
-        self._outcome: Outcome = "open"
+        self.outcome: Outcome = "open"
         self._robustness = self._time = math.nan
 
     @property
     def verdict(self) -> Verdict:
         """The verdict on the samples so far."""
-        return Verdict(self._outcome, self._decided, self._robustness, self._time)
+        return Verdict(self.outcome, self._decided, self._robustness, self._time)
 
     def add(self, time: float, *samples: Sample) -> None:
         """Judge one sample of each condition of the operator.
@@ -98,8 +99,8 @@ class Operator(ABC):
         """Return whether an undecided expectation is met by a run that ends now."""
 
     def _decide(self, met: bool) -> None:
-        if self._outcome == "open":
-            self._outcome, self._decided = "passed" if met else "failed", self._now
+        if self.outcome == "open":
+            self.outcome, self._decided = "passed" if met else "failed", self._now
 
     def _lower(self, robustness: float) -> None:
         if not self._robustness <= robustness:

@@ -3,36 +3,38 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import Any, Protocol
+from functools import lru_cache
+from typing import Any, ClassVar, Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings
+from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings, ReadingState
 from graphengine.api.expectations.operators import TIME_ERROR
 from graphengine.api.session import Session
 from graphengine.format.errors import UsageError
+from graphengine.format.wording import unknown
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
+_kept: WeakKeyDictionary[Session, dict[str, Reading]] = WeakKeyDictionary()
+"""The readings of bodies of each session, by function and arguments."""
 _POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
 _VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
-WORLD = ("port", "pose", "velocity", "tilt", "distance", "contact")
+KEPT = 100
+"""Largest number of messages of one tick whose ages are compared."""
+FAR = 2.0
+"""Distance beyond which nothing counts for `clearance`, m."""
+SEVERITIES = ("info", "warning", "error")
+"""Severities of messages that nodes log, from low to high."""
+WORLD = ("port", "pose", "velocity", "tilt", "distance", "clearance", "contact", "log")
 """Names of the functions whose values only a session has."""
-
-
-class Arrivals(Protocol):
-    """The messages that have arrived on a topic."""
-
-    @property
-    def latest(self) -> Any:
-        """The newest message; None before the first message."""
-
-    @property
-    def received(self) -> int:
-        """Number of messages that have arrived."""
+READINGS = (*WORLD, "time", "message", "age", "rate")
+"""Names of all functions of conditions."""
 
 
 class Source(Protocol):
@@ -46,8 +48,8 @@ class Source(Protocol):
     def tick(self) -> int:
         """Number of the present tick, or of the present messages of a bag."""
 
-    def subscribe(self, topic: str, *, keep: int) -> Arrivals:
-        """Return the messages of a topic from now on, of which the newest `keep` are kept."""
+    def subscribe(self, topic: str, *, keep: int) -> Any:
+        """Return the messages of a topic from now on: the newest one, `latest`, and the number that has `received`."""
 
     def mark(self, text: str) -> None:
         """Put a mark into the recording of the session."""
@@ -61,40 +63,76 @@ def readings_of(session: Session) -> Readings:
     | `time` | simulation time, s |
     | `port(address)` | value of a port, with an address as in `Session.value` |
     | `message(topic)` | newest message of a topic |
-    | `age(topic)` | time from the stamp of a message to its arrival, s; has a value in ticks in which a message arrives |
+    | `age(topic)` | largest time from the stamp of a message to its arrival, s; has a value in ticks with messages |
     | `rate(topic, over=1.0)` | messages per second in the last `over` seconds; has a value at the end of each such interval |
     | `pose(body)` | record with `position`, m, and `orientation`, quaternion (x, y, z, w), in the world frame |
     | `velocity(body)` | record with `linear`, m/s, and `angular`, rad/s, in the world frame |
     | `tilt(body)` | angle between the z axis of the body and the vertical, rad |
     | `distance(one, other)` | distance of two bodies or points, m; horizontal if a point has two numbers |
+    | `clearance(body, other="*")` | distance of the nearest thing whose name matches, m, at most 2 m, as in `Body.clearance` |
+    | `log(level)` | number of messages that nodes have logged with this severity or a higher one: info, warning or error |
     | `contact(body, other="*", but="")` | whether a robot or object touched something in this tick whose name matches the first
       pattern and not the second one, in any physics step; a pattern that begins with `/` is one for `/World/NAME` |
 
     A body is the name of a robot or object, or a prim path. A function raises UsageError if the session lacks what it names.
     """
+    runner = session._runner
+    kept = _kept.setdefault(session, {})
+
+    def once(make: Callable[..., Reading]) -> Callable[..., Reading]:
+        """Let all conditions of the session share a reading, which is read once in a tick."""
+
+        def found(*arguments: Any, **named: Any) -> Reading:
+            key = f"{make.__name__}{arguments}{sorted(named.items())}"
+            if key not in kept:
+                reading = make(*arguments, **named)
+                read = lru_cache(maxsize=1)(lambda tick: reading.read())
+                kept[key] = replace(reading, read=lambda: read(runner.session.ticks))  # which a reset does not change
+            return kept[key]
+
+        return found
 
     def port(address: str) -> Reading:
         value = session.value(address)
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
         return Reading(lambda: session.value(address), kind)
 
+    @once
     def pose(body: str) -> Reading:
         found = session.body(body)
         return Reading(lambda: found.pose, "record", _POSE)
 
+    @once
     def velocity(body: str) -> Reading:
         found = session.body(body)
         return Reading(lambda: found.velocity, "record", _VELOCITY)
 
     def tilt(body: str) -> Reading:
-        found = session.body(body)
-        return Reading(lambda: _tilt(found.pose.orientation))
+        read = pose(body).read
+        return Reading(lambda: _tilt(read().orientation))
 
     def distance(one: Place, other: Place) -> Reading:
-        places = [_position(session, place) for place in (one, other)]
         plane = any(not isinstance(place, str) and len(place) == 2 for place in (one, other))
-        return Reading(lambda: math.dist(*(place()[: 2 if plane else 3] for place in places)))
+        ends = [_end(place, pose) for place in (one, other)]
+        return Reading(lambda: math.dist(*(end()[: 2 if plane else 3] for end in ends)))
 
+    @once
+    def clearance(body: str, other: str = "*") -> Reading:
+        found = session.body(body)
+        found.clearance()  # raises UsageError for a body without shapes
+
+        def nearest() -> float:
+            return min((gap for name, gap in found.clearance(FAR).items() if _matches(name, other)), default=FAR)
+
+        return Reading(nearest)
+
+    def log(level: str) -> Reading:
+        if level not in SEVERITIES:
+            raise UsageError(unknown("severity", level, SEVERITIES))
+        logged, counted = runner.problems.logged, SEVERITIES[SEVERITIES.index(level) :]
+        return Reading(lambda: sum(logged[severity] for severity in counted))
+
+    @once
     def contact(body: str, other: str = "*", but: str = "") -> Reading:
         found = session.body(body)
         found.touched  # noqa: B018  (lets the steps of the next tick be observed)
@@ -102,12 +140,15 @@ def readings_of(session: Session) -> Readings:
 
     return {
         **topic_readings(session),
+        "time": lambda: Reading(lambda: runner.session.time),
         "port": port,
         "pose": pose,
         "velocity": velocity,
         "tilt": tilt,
         "distance": distance,
+        "clearance": clearance,
         "contact": contact,
+        "log": log,
     }
 
 
@@ -120,28 +161,37 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
     """
 
     def message(topic: str) -> Reading:
-        arrivals = source.subscribe(topic, keep=1)
-        return Reading(lambda: _newest(arrivals), "other")
+        return Reading(_newest(source.subscribe(topic, keep=1)), "other")
 
     return {
         "time": lambda: Reading(lambda: source.time),
         "message": message,
-        "age": lambda topic: Reading(_Age(source, topic, epoch)),
-        "rate": lambda topic, over=1.0: Reading(_Rate(source, topic, over)),
+        "age": lambda topic: _reading(_Age(source, topic, epoch)),
+        "rate": lambda topic, over=1.0: _reading(_Rate(source, topic, over)),
     }
+
+
+def _reading(arrivals: _Arrivals) -> Reading:
+    return Reading(arrivals, state=arrivals)
 
 
 def _is_vector(value: Any) -> bool:
     if isinstance(value, np.ndarray):
         return value.ndim == 1 and value.dtype.kind in "biuf"
-    return isinstance(value, tuple) and all(isinstance(part, bool | int | float) for part in value)
+    return isinstance(value, tuple) and bool(value) and all(isinstance(part, bool | int | float) for part in value)
 
 
-def _newest(arrivals: Arrivals) -> Any:
-    message = arrivals.latest
-    if message is None:
-        raise NoValueError
-    return message
+def _newest(arrivals: Any) -> Callable[[], Any]:
+    """Return the function that reads the newest message, which is decoded once."""
+    decoded = lru_cache(maxsize=1)(lambda received: arrivals.latest)
+
+    def read() -> Any:
+        message = decoded(arrivals.received)
+        if message is None:
+            raise NoValueError
+        return message
+
+    return read
 
 
 def _tilt(orientation: Sequence[float]) -> float:
@@ -149,78 +199,95 @@ def _tilt(orientation: Sequence[float]) -> float:
     return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
 
 
-def _position(session: Session, place: Place) -> Callable[[], Sequence[float]]:
+def _end(place: Place, pose: Callable[[str], Reading]) -> Callable[[], Sequence[float]]:
     """Return the function that reads the position of a body, m; that of a point is constant.
 
     Raises:
         UsageError: the point does not have two or three finite numbers.
     """
     if isinstance(place, str):
-        body = session.body(place)
-        return lambda: body.pose.position
+        read = pose(place).read
+        return lambda: read().position
     numbers = [float(part) for part in place]
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         raise UsageError(f"a point has two or three finite numbers, got {place!r}")
     return lambda: numbers
 
 
+@lru_cache(maxsize=1000)
 def _matches(name: str, pattern: str) -> bool:
     return fnmatchcase(f"/World/{name}" if pattern.startswith("/") else name, pattern)
 
 
-class _Arrivals(ABC):
+class _Arrivals(ReadingState):
     """A number that the arrivals on a topic give once in a tick, however often it is read."""
+
+    kept: ClassVar[tuple[str, ...]] = ("_tick", "_value")
 
     def __init__(self, source: Source, topic: str) -> None:
         self._source = source
-        self._arrivals = source.subscribe(topic, keep=1)
+        self._arrivals = source.subscribe(topic, keep=KEPT)
+        self._last = 0
+        """Number of messages that had arrived at the last reading."""
         self._tick = -1
         self._value: float | None = None
 
+    def reset(self) -> None:
+        """Begin anew at the present time."""
+        self._tick, self._value = -1, None
+
     def __call__(self) -> float:
         if self._source.tick != self._tick:
-            self._tick, self._value = self._source.tick, self._read()
+            new, self._last = self._arrivals.received - self._last, self._arrivals.received
+            self._tick, self._value = self._source.tick, self._read(new)
         if self._value is None:
             raise NoValueError
         return self._value
 
     @abstractmethod
-    def _read(self) -> float | None:
-        """Return the value in this tick; None if there is none."""
+    def _read(self, new: int) -> float | None:
+        """Return the value in this tick, in which `new` messages have arrived; None if there is none."""
 
 
 class _Age(_Arrivals):
-    """The age of the newest message on arrival, s."""
+    """The largest age of the messages that arrive in a tick, s."""
 
     def __init__(self, source: Source, topic: str, epoch: int) -> None:
         super().__init__(source, topic)
-        self._topic, self._seen, self._epoch = topic, 0, divmod(epoch, 10**9)
+        self._topic, self._epoch = topic, divmod(epoch, 10**9)
 
-    def _read(self) -> float | None:
-        received, message = self._arrivals.received, self._arrivals.latest
-        if received == self._seen or message is None:
-            return None
+    def _read(self, new: int) -> float | None:
+        return max((self._age(message) for message in self._arrivals.newest(new)), default=None)
+
+    def _age(self, message: Any) -> float:
         if not hasattr(message, "header"):
             raise UsageError(f"age: the messages of {self._topic} have no header with a stamp")
-        self._seen, stamp = received, message.header.stamp
-        seconds, nanoseconds = self._epoch
+        stamp, (seconds, nanoseconds) = message.header.stamp, self._epoch
         return float(self._source.time + (seconds - stamp.sec) + 1e-9 * (nanoseconds - stamp.nanosec))
 
 
 class _Rate(_Arrivals):
-    """The mean rate of messages in successive intervals of equal duration, Hz."""
+    """The mean rate of messages in successive intervals of equal duration, Hz; an interval is closed at its end."""
+
+    kept = (*_Arrivals.kept, "_begin", "_count")
 
     def __init__(self, source: Source, topic: str, over: float) -> None:
         if not 0.0 < over < math.inf:
             raise UsageError(f"rate: expected an interval of more than 0 s, got {over!r}")
         super().__init__(source, topic)
-        self._over, self._begin, self._before = over, source.time, 0
+        self._over, self._begin, self._count = over, source.time, 0
 
-    def _read(self) -> float | None:
-        elapsed, received = self._source.time - self._begin, self._arrivals.received
-        if 0.0 <= elapsed < self._over - TIME_ERROR:
-            if elapsed == 0.0:  # an interval is open at its beginning and closed at its end
-                self._before = received
+    def reset(self) -> None:
+        """Begin anew at the present time."""
+        super().reset()
+        self._begin, self._count = self._source.time, 0
+
+    def _read(self, new: int) -> float | None:
+        elapsed = self._source.time - self._begin
+        if elapsed <= 0.0:
             return None
-        number, self._before, self._begin = received - self._before, received, self._source.time
-        return number / elapsed if elapsed > 0.0 else None  # else, the time was reset
+        self._count += new
+        if elapsed < self._over - TIME_ERROR:
+            return None
+        rate, self._count, self._begin = self._count / elapsed, 0, self._source.time
+        return rate

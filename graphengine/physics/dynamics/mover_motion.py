@@ -14,6 +14,8 @@ from graphengine.devices.random_streams import key_of
 
 TURN = math.pi
 """Speed at which a mover turns to its new direction while it walks on, rad/s."""
+SHORTEST_LAP = 0.1
+"""Shortest time in which a mover returns to its first point, s; otherwise it stands at the last one."""
 _AT_REST = (0.0, 0.0, 0.0, 0.0)
 
 Place = tuple[float, float]
@@ -59,7 +61,8 @@ class MoverMotion:
 
 def along(route: Route) -> Iterator[Piece]:
     """Yield the pieces of the motion along a route."""
-    points, start, period = route.points, route.start, route.period
+    points, start = route.points, route.start
+    period = route.period if route.period >= SHORTEST_LAP else 0.0
     headings = _headings(points, closed=period > 0.0)
     before = headings[0]
     yield Piece(0.0, start, _coordinates(points[0][1:], before), _AT_REST)

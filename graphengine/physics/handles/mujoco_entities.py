@@ -56,6 +56,8 @@ class MujocoEntities:
         self._simulation = simulation
         self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
         """Cached result of `_find_owners`, and the model for which it is valid."""
+        self._touching: tuple[mujoco.MjModel | None, dict[str, TouchedGeoms]] = None, {}
+        """The model, and for its entities the handles that `touched` reads, by name."""
 
     def all(self) -> list[Entity]:
         """Return robots in the order of the stage, then the world's own bodies."""
@@ -165,11 +167,10 @@ class MujocoEntities:
                 found[other] = min(distance, found.get(other, math.inf))
         return dict(sorted(found.items(), key=lambda item: item[1]))
 
-    def fixed_around(self, name: str) -> str:
-        """Return the name of something fixed to the world that an entity overlaps, except for floors; empty if there is none."""
+    def fixed_around(self, body: str) -> str:
+        """Return the name of something fixed to the world that a topmost body overlaps, except for floors; empty without one."""
         model, data = self._simulation.model, self._simulation.data
-        root = self._only_root(name, self._find(name))
-        found = distances(model, data, root, -LEAST)
+        found = distances(model, data, int(model.body(body).id), -LEAST)
         return next((self._owner(geom) for geom in found if not model.body_weldid[model.geom_bodyid[geom]]), "")
 
     def _copy_at(
@@ -206,8 +207,12 @@ class MujocoEntities:
 
     def touched(self, name: str) -> list[str]:
         """Return the names of all that an entity touched in this tick; see `devices.backend.Entities`."""
-        geoms = self._simulation.handles.find(TouchedGeoms, self._find(name)).geoms
-        return list(dict.fromkeys(map(self._owner, geoms)))
+        if self._touching[0] is not self._simulation.model:
+            self._touching = self._simulation.model, {}
+        known = self._touching[1]
+        if name not in known:
+            known[name] = self._simulation.handles.find(TouchedGeoms, self._find(name))
+        return list(dict.fromkeys(map(self._owner, known[name].geoms)))
 
     def moving(self, speed: float) -> dict[str, list[str]]:
         """Return the entities of which a part moves, each with the names of all that it touches.

@@ -13,6 +13,9 @@ from graphengine.physics.core.handle_table import Handle
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
 
+_FEW = 40
+"""Number of contacts up to which a loop takes less time than functions of numpy."""
+
 
 def topmost_bodies(model: mujoco.MjModel, prim: Prim) -> list[int]:
     """Return the ids of the topmost bodies of the entity at a prim."""
@@ -40,7 +43,8 @@ class TouchedGeoms(Handle["SimulationCore"]):
     def bind(self) -> None:
         """Find the geoms of the entity; ids of an earlier model are discarded."""
         model = self._simulation.model
-        self._own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
+        self._is_own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
+        self._own = self._is_own.tolist()
         self.geoms.clear()
 
     def reset(self) -> None:
@@ -56,6 +60,10 @@ class TouchedGeoms(Handle["SimulationCore"]):
 
     def _collect(self) -> None:
         contact = self._simulation.data.contact
-        pairs = contact.geom[contact.dist < 0.0]
-        own = self._own[pairs] & (pairs >= 0)
-        self.geoms.update(dict.fromkeys(pairs[:, ::-1][own & ~own[:, ::-1] & (pairs[:, ::-1] >= 0)].tolist()))
+        pairs, distances, own = contact.geom, contact.dist, self._own
+        if len(pairs) > _FEW:
+            near = self._is_own[pairs].any(axis=1)
+            pairs, distances = pairs[near], distances[near]
+        for (one, other), distance in zip(pairs.tolist(), distances.tolist(), strict=True):
+            if distance < 0.0 and one >= 0 and other >= 0 and own[one] != own[other]:
+                self.geoms[other if own[one] else one] = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -248,6 +248,33 @@ def test_a_damaged_bag_is_refused_or_judged_but_never_a_traceback(tmp_path: Path
             except (RecordingError, UsageError) as error:
                 outcomes.add(type(error).__name__)
     assert {"RecordingError", "passed"} <= outcomes <= {"RecordingError", "UsageError", "passed", "failed", "error"}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE messages SET timestamp = 'soon'",
+        "UPDATE messages SET timestamp = 'soon' WHERE id = 9",
+        "UPDATE messages SET timestamp = -5 WHERE id = 9",
+        "UPDATE messages SET data = 'text'",
+        "UPDATE messages SET data = 5 WHERE id = 9",
+        "UPDATE topics SET name = x'00ff'",
+        "UPDATE topics SET type = x'00ff'",
+        "UPDATE topics SET type = '../../etc/passwd'",
+        "UPDATE message_definitions SET encoded_message_definition = '../a/B x'",
+        "UPDATE message_definitions SET topic_type = 5",
+        "DROP TABLE topics",
+    ],
+)
+def test_a_database_with_other_values_is_refused_or_an_error(tmp_path: Path, change: str) -> None:
+    folder = write_bag(tmp_path / "bag", driving(), StoragePlugin.SQLITE3)
+    (file,) = folder.glob("*.db3")
+    with closing(sqlite3.connect(file)) as database:
+        database.execute(change)
+        database.commit()
+    for condition in (f"{X} < 9", "rate('/level') > 0", "time < 9"):
+        with suppress(RecordingError, UsageError):
+            assert judged(folder, ge.always(condition)).outcome in ("passed", "failed", "error")
 
 
 @pytest.mark.parametrize("kind", ["lz4", "zstd"])

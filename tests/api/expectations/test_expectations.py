@@ -117,6 +117,23 @@ def test_a_reset_begins_the_judgement_anew_and_a_checkpoint_brings_it_back(sim: 
     assert outcomes == ["failed", "open", "failed", "failed", "open"]
 
 
+def test_conditions_share_a_reading_within_a_tick_only(sim: ge.Session) -> None:
+    """Each of two expectations reads the pose; a restored tick has the number of an earlier one, and another pose."""
+    x = "pose('dd100').position[0]"
+    sim.run(0.1)
+    mark = sim.checkpoint()
+    sim.step()
+    checks = sim.expect(always(f"{x} < 3"), count(f"{x} > 3", at_least=1))
+    sim.step()
+    assert [check.outcome for check in checks] == ["open", "open"]
+    sim.restore(mark)
+    sim.move("dd100", position=(4.0, 0.0, sim.robots["dd100"].pose.position[2]))
+    again = sim.expect(always(f"{x} < 3"), count(f"{x} > 3", at_least=1))
+    sim.step()
+    sim.step()
+    assert [check.outcome for check in again] == ["failed", "passed"]
+
+
 def test_a_condition_that_cannot_be_evaluated_is_an_error_of_its_own(sim: ge.Session) -> None:
     broken = sim.expect(always("1 / (time - time) > 0"))
     silent = sim.expect(always("message('/dd100_0000/cmd_vel').linear.x < 1"))
@@ -160,3 +177,85 @@ def test_a_body_is_a_robot_an_object_or_a_prim(sim: ge.Session) -> None:
     assert 0.0 < math.dist(lidar, robot.position) < 1.0
     with pytest.raises(UnknownEntityError):
         sim.body("/dd100/nothing")
+
+
+ODOM = "/dd100_0000/odom"
+
+
+def test_named_arguments_of_readings_are_those_of_the_function(sim: ge.Session) -> None:
+    free = sim.expect(never("contact('dd100', but='floor')"))
+    fast = sim.expect(always(f"rate('{ODOM}', over=0.2) > 50"))
+    sim.run(0.21)
+    sim.judge()
+    assert free.outcome == fast.outcome == "passed"
+    assert fast.verdict.time == pytest.approx(0.2)
+    with pytest.raises(UsageError, match="unexpected keyword argument 'nobut'"):
+        sim.expect(never("contact('dd100', nobut='floor')"))
+
+
+def test_rates_survive_a_reset_and_a_checkpoint(sim: ge.Session) -> None:
+    rates = sim.expect(rate(ODOM, at_least=58, at_most=62))
+    sim.run(0.5)
+    sim.reset()
+    sim.run(1.5)
+    mark = sim.checkpoint()
+    sim.run(0.4)
+    sim.restore(mark)
+    sim.run(2.0)
+    assert rates.outcome == "open", rates.report()
+
+
+def test_a_reset_after_one_tick_is_noticed(sim: ge.Session) -> None:
+    early = sim.expect(never("time > 0"))
+    sim.step()
+    assert early.outcome == "failed"
+    sim.reset()
+    sim.expect(always("time < 1"))
+    sim.step()
+    assert early.verdict.decided == pytest.approx(1 / 60)
+
+
+def test_the_oldest_message_of_a_tick_counts_for_the_latency(sim: ge.Session) -> None:
+    def stamped(seconds: float) -> None:
+        sim.publish(ODOM, {"header": {"stamp": {"sec": int(seconds), "nanosec": round(seconds % 1 * 1e9)}}})
+
+    check = sim.expect(latency(ODOM, 0.5))
+    sim.run(2.0)
+    outcomes = [check.outcome]
+    stamped(0.0)
+    stamped(2.1)
+    sim.step()
+    assert [*outcomes, check.outcome] == ["open", "failed"]
+
+
+def test_a_judged_failure_does_not_end_later_runs(sim: ge.Session) -> None:
+    sim.expect(always("time < 0.1"))
+    sim.run(1.0, until=sim.decided)
+    with pytest.raises(ExpectationError, match=r"failed: always time < 0\.1"):
+        sim.judge()
+    sim.expect(within(0.5, "time > 5"))
+    assert sim.run(1.0, until=sim.decided)
+    with pytest.raises(ExpectationError, match=r"failed: within 0\.5 s: time > 5"):
+        sim.judge()
+
+
+def test_after_a_failure_that_ended_a_run_early_a_longer_run_judges_the_rest(sim: ge.Session) -> None:
+    sim.expect(always("time < 0.1"))
+    late = sim.expect(within(0.3, "time > 5"))
+    sim.run(1.0, until=sim.decided)
+    sim.reset()
+    sim.step(12)
+    with pytest.raises(ExpectationError):
+        sim.judge()
+    assert late.outcome == "failed"
+
+
+def test_clearance_and_logged_messages_are_readings(sim: ge.Session) -> None:
+    near = sim.expect(always("clearance('dd100') >= 2"))
+    quiet = sim.expect(always("log('warning') == 0"))
+    sim.run(0.1)
+    sim._runner._log("error", "/World/g/N", "broken")
+    sim.step()
+    assert (near.outcome, quiet.outcome) == ("open", "failed")
+    with pytest.raises(UsageError, match="no severity 'warn'"):
+        sim.expect(always("log('warn') == 0"))

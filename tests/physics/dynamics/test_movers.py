@@ -263,6 +263,7 @@ def test_a_warning_names_the_wall_in_which_a_mover_starts(project: Project) -> N
         ("shape: person, path: [[0, 2]], sped: 1", "4:43", "did you mean 'speed'?"),
         ("shape: box, path: [[0, 2]], speed: 1", "4:3", "the shape `box` needs a `size`"),
         ("shape: meshes/none.stl, path: [[0, 2]], speed: 1", "4:19", "no file 'meshes/none.stl'"),
+        ("shape: person, region: [[5, 5], [5.001, 5]], speed: 1", "4:35", "finds no free straight way"),
         ("shape: person, region: [[-0.4, -1], [0.4, 1]], speed: 1", "4:35", "finds no free straight way"),
     ],
 )
@@ -278,3 +279,23 @@ def test_a_mover_cannot_have_the_name_of_a_body(project: Project) -> None:
         "scene.yaml", "scene: test\nworld: world.xml\nmovers:\n  rack: {shape: person, path: [[0, 3]], speed: 1}\n"
     )
     assert "S105: the world already has a body named 'rack'" in project.error()
+
+
+def test_a_robot_may_have_the_name_of_a_mover(project: Project) -> None:
+    robot = "robots:\n  one: {use: bot.yaml, position: [9, 9, 0.1]}\n"
+    simulation = loaded(project, CROWD, more=robot).simulation
+    assert simulation.entities.state("World/one").position == (2.0, 0.0, 0.0)
+
+
+def test_texts_of_a_world_in_mjcf_are_no_routes(project: Project) -> None:
+    text = '<custom><text name=":mover:rack" data="of somebody else"/></custom>'
+    project.world(RACK, before=text)
+    assert not project.load().simulation.movers
+
+
+def test_a_lap_of_no_length_is_no_motion(project: Project) -> None:
+    mover = "worker: {shape: person, path: [[1, 0], [1.000001, 0]], speed: 100, loop: true}"
+    simulation = loaded(project, mover).simulation
+    ticks(simulation, 60)
+    assert place(simulation)[:3] == (1.0, 0.0, 0.0)
+    assert simulation.entities.state("worker").linear_velocity == (0.0, 0.0, 0.0)
