@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from graphengine.format.errors import TransportError
-from graphengine.ros.domain import Domain
 
 FIRST, LAST = 1, 101
 """Domains that runs get; their ports lie below those that Linux gives to other programs, up to 101."""
@@ -24,14 +23,14 @@ def free_domain() -> Iterator[int]:
     only programs of this machine, unless the user has set LOCAL or its predecessor. The user's own ROS_DOMAIN_ID is not returned.
 
     Raises:
-        TransportError: all domains are taken, or an environment variable of ROS has an illegal value.
+        TransportError: all domains are taken.
     """
     import fcntl
 
     folder = _folder()
-    used = Domain.from_environment(os.environ).id
+    used = os.environ.get("ROS_DOMAIN_ID", "").strip()
     for number in range(FIRST, LAST + 1):
-        if number == used:
+        if str(number) == used:
             continue
         handle = os.open(folder / f"domain-{number}", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
         try:

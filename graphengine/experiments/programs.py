@@ -28,12 +28,17 @@ def ending(code: int) -> str:
     return f"exit code {code}" if code >= 0 else f"signal {names.get(-code, -code)}"
 
 
-def children(process: int) -> list[int]:
-    """Return the processes that a process has started; an empty list without /proc."""
+def facts(process: int, name: str) -> list[str]:
+    """Return the words of a file that Linux has for a process; an empty list if there is none."""
     try:
-        return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+        return Path(f"/proc/{process}/{name}").read_text(encoding="ascii").split()
     except OSError:
         return []
+
+
+def children(process: int) -> list[int]:
+    """Return the processes that a process has started; an empty list without /proc."""
+    return [int(child) for child in facts(process, f"task/{process}/children")]
 
 
 def signal_groups(leaders: Iterable[int], number: signal.Signals) -> None:

@@ -13,11 +13,10 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from pathlib import Path
 from typing import Any
 
 from graphengine.api.scene_files import UnpackedScene
-from graphengine.experiments.programs import children, ending, signal_groups
+from graphengine.experiments.programs import children, ending, facts, signal_groups
 from graphengine.experiments.result_rows import WALL, Row, start_row
 from graphengine.experiments.runs import Run
 from graphengine.experiments.statistics import rerun_text
@@ -63,11 +62,8 @@ class Worker:
     @property
     def memory(self) -> int:
         """Resident memory of the process, bytes; 0 without a process or without /proc."""
-        try:
-            statm = Path(f"/proc/{self._process.pid if self._process else 0}/statm").read_text()
-        except OSError:
-            return 0
-        return int(statm.split()[1]) * os.sysconf("SC_PAGE_SIZE")
+        words = facts(self._process.pid, "statm") if self._process is not None else []
+        return int(words[1]) * os.sysconf("SC_PAGE_SIZE") if words else 0
 
     def begin(self, run: Run, place: UnpackedScene | None = None) -> None:
         """Begin a run; `place` is that of its unpacked scene."""

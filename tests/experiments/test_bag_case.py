@@ -81,5 +81,5 @@ def test_graphrun_test_writes_the_same_junit(tmp_path: Path, bag: Path) -> None:
 def test_what_needs_a_simulation_is_refused(
     bag: Path, option: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["test", "--bag", str(bag), *option]) == 2
+    assert main(["test", "--bag", str(bag), *option]) == 4
     assert f"{option[0]}: not with --bag, which simulates nothing" in capsys.readouterr().err
