@@ -30,7 +30,7 @@ def shipped(kind: str) -> list[Path]:
     found = []
     for path in sorted([*(ROOT / "graphs").rglob("*.yaml"), *(ROOT / "scenes").rglob("*.yaml")]):
         keys = yaml.safe_load(path.read_text(encoding="utf-8"))
-        if next((one for one in KINDS if one in keys), None) == kind:
+        if "scenario" not in keys and next((one for one in KINDS if one in keys), None) == kind:
             found.append(path)
     return found
 

@@ -21,7 +21,7 @@ from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec import GraphSpec, Spec
 
 SHIPPED = [path for folder in ("graphs", "scenes") for path in sorted((shipped() / folder).rglob("*.yaml"))]
-FILES = [path for path in SHIPPED if "sensors" not in path.parts]
+FILES = [path for path in SHIPPED if not {"sensors", "scenarios"} & {*path.parts}]
 
 
 def read(path: Path) -> tuple[str, Any]:

@@ -19,7 +19,7 @@ from tests.physics.harness import SHIPPED, Project, steps, try_load
 from tests.physics.make_worlds import write_worlds
 
 SCENES = sorted(
-    str(path.relative_to(SHIPPED)) for path in SHIPPED.rglob("*.yaml") if "\nscene:" in path.read_text(encoding="utf-8")
+    str(path.relative_to(SHIPPED)) for path in SHIPPED.rglob("*.yaml") if "\nworld:" in path.read_text(encoding="utf-8")
 )
 CHASSIS = "/dd100/Geometry/base_link/chassis_link"
 

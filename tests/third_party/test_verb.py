@@ -76,8 +76,9 @@ def test_help_lists_plugin_verbs_only_with_all_and_mentions_that_in_one_line(sit
     assert "graphrun uses the built-in verb.\n" in full.stdout
 
 
-def test_without_such_packages_help_says_that_there_are_no_further_verbs(tmp_path: Path) -> None:
-    assert "No installed package has a verb." in graphrun(tmp_path, "--help", "--all").stdout
+def test_without_such_packages_help_lists_the_verb_that_graphengine_adds_in_the_same_way(tmp_path: Path) -> None:
+    told = graphrun(tmp_path, "--help", "--all").stdout
+    assert re.search(r"^    test  +run scenarios .* with pytest \(from graphrun\)$", told, re.MULTILINE)
 
 
 def test_built_in_and_former_verbs_take_precedence_and_help_lists_the_unused_ones(site: Path) -> None:
@@ -101,7 +102,7 @@ def test_plugin_verbs_are_completed_even_if_one_of_them_is_broken(site: Path) ->
     assert (done.returncode, done.stderr) == (0, "")
     verbs = re.search(r"_shtab_graphrun_subparsers=\(([^)]*)\)", done.stdout)
     assert verbs is not None
-    assert re.findall(r"[\w-]+", verbs[1]) == [*VERBS, "broken", "turns"]
+    assert re.findall(r"[\w-]+", verbs[1]) == [*VERBS, "broken", "test", "turns"]
     assert "_shtab_graphrun_turns_option_strings=(-h --help --radius)" in done.stdout.replace("'", "")
 
 
