@@ -1,4 +1,4 @@
-"""Movers: where they are, what they drag along, what sees them and what is refused. Numbers are from kinematics."""
+"""Movers: their poses, the bodies that they carry, the sensors that see them, and errors. Numbers are from kinematics."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_mover_is_where_its_path_says(
     simulation = loaded(project, f"{ONCE}, loop: {loop}}}").simulation
     ticks(simulation, round(seconds * 60))
     x, y, z, yaw = place(simulation)
-    late = simulation.time - seconds  # of a time between two ticks
+    late = simulation.time - seconds  # `seconds` may lie between two ticks
     assert (x, y, z) == pytest.approx(expected[:3], abs=1e-9 + 1.5 * abs(late))
     assert math.remainder(yaw - expected[3], math.tau) == pytest.approx(0.0, abs=1e-9)
 
@@ -204,9 +204,9 @@ def test_a_mover_is_an_entity_that_cannot_be_moved_or_pushed(project: Project) -
     simulation = loaded(project, CROWD, BALL).simulation
     kinds = {entity.name: entity.kind for entity in simulation.entities.all()}
     assert kinds == {"ball": "object", **dict.fromkeys(("one", "two", "three"), "mover")}
-    with pytest.raises(UsageError, match="one cannot be moved: it is a mover, whose path says where it is"):
+    with pytest.raises(UsageError, match="one cannot be moved: it is a mover, and its path determines its pose"):
         simulation.entities.place("one", Move(position=(0.0, 0.0, 0.0)))
-    with pytest.raises(UsageError, match="one cannot be pushed: it is a mover, whose path says where it is"):
+    with pytest.raises(UsageError, match="one cannot be pushed: it is a mover, and its path determines its pose"):
         simulation.entities.push("one", (1.0, 0.0, 0.0), 1.0)
     prim: Prim = simulation.stage.find("/World/one")
     assert simulation.placement(prim) is None
