@@ -71,7 +71,7 @@ def run_over_dds(
     end_peer(controller)
 
 
-def test_a_controller_in_another_process_gives_the_same_recording_however_slow_it_is(
+def test_the_recording_does_not_depend_on_the_speed_of_a_controller_in_another_process(
     scene: ge.Scene, start_peer: StartPeer, domain_id: int, tmp_path: Path
 ) -> None:
     paths = [tmp_path / f"{number}.mcap" for number in range(3)]
@@ -217,7 +217,7 @@ def test_a_controller_that_never_answers_is_an_error_after_which_the_run_can_con
         assert runner.session.ticks == 7
 
 
-def test_a_program_that_sends_too_much_is_an_error(scene: ge.Scene) -> None:
+def test_a_program_that_sends_too_many_messages_is_an_error(scene: ge.Scene) -> None:
     with running(scene, peer := Peer(lambda peer, now: None), EVERY_TENTH) as runner:
         for number in range(10):
             peer.command(number / 10)

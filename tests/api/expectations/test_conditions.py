@@ -1,4 +1,4 @@
-"""Conditions: what they accept, the value and margin of each, and what they refuse."""
+"""Conditions: values, margins and errors."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ CONDITIONS = st.recursive(
 
 
 @given(CONDITIONS)
-def test_a_condition_is_true_when_python_says_so_and_its_margin_has_the_same_sign(text: str) -> None:
+def test_the_value_of_a_condition_agrees_with_python_and_with_the_sign_of_its_margin(text: str) -> None:
     found = sample(text)
     assert found is not None
     assert found.holds is bool(eval(text, {"x": 3.0}))
