@@ -25,4 +25,4 @@ class Check(AfterTick):
 
     @abstractmethod
     def report(self) -> str:
-        """Return the outcome and its reason: what was expected, when it was decided, and by how much."""
+        """Return the outcome, the statement, the time of the decision, and the robustness."""

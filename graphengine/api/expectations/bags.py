@@ -187,7 +187,7 @@ class Bag:
 
 
 class _Topic:
-    """The messages of a topic up to the present time."""
+    """The messages of a topic up to the current time."""
 
     def __init__(self, message_type: str, definitions: Definitions) -> None:
         self._decode = partial(messages.decode, message_type=message_type, definitions=definitions)

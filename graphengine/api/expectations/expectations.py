@@ -236,7 +236,7 @@ class ExpectationCheck(Check):
         }
 
     def report(self) -> str:
-        """Return the outcome and its reason: what was expected, when it was decided, by how much, and the values read."""
+        """Return the outcome, the statement, the time of the decision, the robustness, and the values of the readings."""
         verdict, text = self.verdict, self.expectation.text
         if self._error:
             return f"error: {text}\n  {self._error}"

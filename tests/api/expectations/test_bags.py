@@ -182,7 +182,7 @@ def test_the_recording_of_a_run_has_the_verdicts_of_the_run(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("condition", "told"),
+    ("condition", "message"),
     [
         *((f"{name}('dd100') < 1", f"{name}: a bag has only topics; use a message") for name in WORLD),
         ("message('/positoin').x < 1", "the bag has no topic '/positoin'\n  did you mean '/position'?"),
@@ -190,10 +190,10 @@ def test_the_recording_of_a_run_has_the_verdicts_of_the_run(tmp_path: Path) -> N
         ("rate('/range', 1e-9) < 1", "the bag has 5e+09 intervals of 1e-09 s, more than 1000000"),
     ],
 )
-def test_a_condition_that_a_bag_cannot_evaluate_is_refused_at_once(drive: Path, condition: str, told: str) -> None:
+def test_a_condition_that_a_bag_cannot_evaluate_is_refused_at_once(drive: Path, condition: str, message: str) -> None:
     with pytest.raises(UsageError) as refused:
         ge.judge_bag(drive, ge.always(condition))
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_the_readings_of_a_session_are_those_of_topics_and_of_the_world() -> None:
@@ -301,10 +301,10 @@ def test_the_size_of_a_compressed_message_is_limited(tmp_path: Path, monkeypatch
 def test_files_that_are_not_bags_are_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.mcap").write_text("no bag")
     (tmp_path / "empty").mkdir()
-    for name, told in (
+    for name, message in (
         ("notes.mcap", "cannot be read as a bag"),
         ("empty", "expected an .mcap"),
         ("none", "no such file"),
     ):
-        with pytest.raises(RecordingError, match=told):
+        with pytest.raises(RecordingError, match=message):
             ge.judge_bag(tmp_path / name)

@@ -93,7 +93,7 @@ def test_a_condition_without_a_value_yet_has_no_sample() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("x <", "not an expression: invalid syntax\n  x <\n     ^"),
         ("((9 ** 16) ** 16) ** 16 > 0", "a number of more than 10000 bits"),
@@ -113,10 +113,10 @@ def test_a_condition_without_a_value_yet_has_no_sample() -> None:
         ("x[0] > 1", "not subscriptable"),
     ],
 )
-def test_an_illegal_condition_is_refused_with_the_reason(text: str, told: str) -> None:
+def test_an_illegal_condition_is_refused_with_the_reason(text: str, message: str) -> None:
     with pytest.raises(UsageError) as refused:
         sample(text)
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 NUMBERS = st.floats(-10, 10) | st.integers(-10, 10)
