@@ -52,7 +52,7 @@ class RunPage(AfterTick):
         self._plots.append(Plot(name, times, values, limits=(least, None)))
 
     def write(self, path: Path, *, title: str, marks: Sequence[tuple[float, str]] = ()) -> None:
-        """Write the file; an older file is replaced when the new one is complete.
+        """Write the file, unless no session has been watched; an older file is replaced when the new one is complete.
 
         Args:
             path: file to write.
@@ -63,7 +63,8 @@ class RunPage(AfterTick):
             OSError: the file cannot be written.
         """
         trace = self._trace
-        assert trace is not None
+        if trace is None:
+            return
         placed = [LogEntry(max(round(time / trace.period), 1), "verdict", text[:LONGEST]) for time, text in marks]
         plots = [*self._plots, *robot_plots(trace)]
         write_html(trace, path, title=title, plots=plots, marks=placed, log=self._log)

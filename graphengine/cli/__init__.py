@@ -193,7 +193,7 @@ def _execute(parsed: argparse.Namespace) -> int:
         return code
     except UsageError as error:
         print(wrapped(clean(f"graphrun {parsed.verb}: {error}"), sys.stderr), file=sys.stderr)
-        return 2
+        return getattr(parsed, "wrong_usage", 2)
     except CheckError as error:
         print_findings(error.findings)
         return 1

@@ -32,7 +32,7 @@ class Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Print an error in the command line, with a suggestion if there is one, and exit with code 2."""
+        """Print an error in the command line, with a suggestion if there is one; exit with the default `wrong_usage`, else 2."""
         from graphengine.cli import terminal
         from graphengine.cli.common import clean
 
@@ -47,7 +47,7 @@ class Parser(argparse.ArgumentParser):
             known = {action.metavar or action.dest: action.choices for action in self._actions}
             message = f"{missing[1]} {'are' if ', ' in missing[1] else 'is'} missing{_choices([*(known.get(missing[1]) or ())])}"
         text = clean(f"{self.prog}: {message}\n  see {self.prog} --help\n")
-        self.exit(2, terminal.wrapped(text, sys.stderr))
+        self.exit(self.get_default("wrong_usage") or 2, terminal.wrapped(text, sys.stderr))
 
 
 def _choices(names: Collection[Any]) -> str:

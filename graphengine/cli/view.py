@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,19 +52,9 @@ def execute(arguments: argparse.Namespace) -> int:
         check_packages()
     else:
         check_suffix(arguments.html, ".html", ".htm")
-    with _interrupted_by_sigterm():
+    with interrupts.by_sigterm():  # so that the extracted files are removed
         show = _view if arguments.html is None else _write_html
         return start_recorded_run(arguments, lambda run: show(arguments, run, log), log.log)
-
-
-@contextlib.contextmanager
-def _interrupted_by_sigterm() -> Iterator[None]:
-    """Return a context manager in which SIGTERM raises KeyboardInterrupt, so that the extracted files are removed."""
-    before = signal.signal(signal.SIGTERM, interrupts.interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _write_html(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog) -> int:

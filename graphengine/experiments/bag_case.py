@@ -30,7 +30,7 @@ def judge_on_bag(scenario: Scenario, bag: Path) -> CaseResult:
     values is an error; the others are judged all the same.
 
     Args:
-        scenario: the scenario; what concerns the simulation is ignored.
+        scenario: the scenario; its simulation keys (IGNORED) are ignored.
         bag: path of the bag, as for `judge_bag`.
     """
     result = CaseResult(bag_case(scenario, bag).name, {}, scenario.spec.seed)

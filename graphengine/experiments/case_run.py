@@ -142,12 +142,12 @@ def run_case(scenario: Scenario, case: Case, options: CaseOptions = CaseOptions(
 
 
 def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResult, closing: ExitStack) -> None:
-    spec, environ = scenario.spec, dict(os.environ)
+    spec = scenario.spec
     transport = spec.transport or ("auto" if spec.starts_programs else "memory")
     domain = None
     if transport != "memory":
         domain = result.domain = closing.enter_context(free_domain())
-        environ["ROS_DOMAIN_ID"] = str(domain)
+    environ = os.environ | ({} if domain is None else {"ROS_DOMAIN_ID": str(domain)})
     try:
         scene = options.load(scenario, case.settings, allow_scripts=options.scripts)
     except UsageError as error:

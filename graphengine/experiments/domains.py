@@ -12,11 +12,15 @@ from graphengine.format.errors import TransportError
 
 FIRST, LAST = 1, 101
 """Domains that runs get; their ports lie below those that Linux gives to other programs, up to 101."""
+LOCAL = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
 @contextmanager
 def free_domain() -> Iterator[int]:
     """Return a ROS domain that no other run of this user has; a lock file holds it until the end.
+
+    Runs of two machines may have the same domain. So until the end, ROS in this process, and in programs that it starts, finds
+    only programs of this machine, unless the user has set LOCAL or its predecessor. The user's own ROS_DOMAIN_ID is not returned.
 
     Raises:
         TransportError: all domains are taken.
@@ -24,7 +28,10 @@ def free_domain() -> Iterator[int]:
     import fcntl
 
     folder = _folder()
+    used = os.environ.get("ROS_DOMAIN_ID", "").strip()
     for number in range(FIRST, LAST + 1):
+        if str(number) == used:
+            continue
         handle = os.open(folder / f"domain-{number}", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -32,11 +39,24 @@ def free_domain() -> Iterator[int]:
             os.close(handle)
             continue
         try:
-            yield number
+            with _on_this_machine():
+                yield number
         finally:
             os.close(handle)
         return
     raise TransportError(f"the ROS domains {FIRST} to {LAST} are all taken by other runs; wait until one ends")
+
+
+@contextmanager
+def _on_this_machine() -> Iterator[None]:
+    if LOCAL in os.environ or "ROS_LOCALHOST_ONLY" in os.environ:
+        yield
+        return
+    os.environ[LOCAL] = "LOCALHOST"
+    try:
+        yield
+    finally:
+        os.environ.pop(LOCAL, None)
 
 
 def _folder() -> Path:

@@ -14,19 +14,19 @@ from graphengine.experiments.result_rows import ResultsFile, Row, identity, star
 from graphengine.experiments.runs import Run
 
 SHOWN = 20
-"""Number of runs that did not pass which are named one by one."""
+"""Maximum number of failed runs and errors to print one by one."""
 PROGRESS = 30.0
 """Time between two lines about the number of runs so far, s."""
 
 
 class Pool(Protocol):
-    """Makes runs somewhere."""
+    """Executes runs."""
 
     def rows(self, runs: Iterable[Run]) -> Iterator[Row]:
         """Make runs; yield their rows in the order in which they end."""
 
     def close(self) -> None:
-        """End what makes the runs."""
+        """Stop the workers."""
 
 
 def make_rows(runs: Sequence[Run], pool: Pool, path: Path, *, resume: bool = False) -> Counter[str]:
@@ -39,7 +39,7 @@ def make_rows(runs: Sequence[Run], pool: Pool, path: Path, *, resume: bool = Fal
         resume: whether the file may exist; runs that it has are not made again, except for errors.
 
     Raises:
-        UsageError: the file exists, another process writes to it, or it is no results file.
+        UsageError: the file exists, another process writes to it, or it is not a results file.
     """
     counts, due = Counter[str](), time.monotonic() + PROGRESS
     with closing(pool), closing(ResultsFile(path, resume)) as results:

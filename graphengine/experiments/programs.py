@@ -6,10 +6,11 @@ import contextlib
 import os
 import signal
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.wording import printable
 
 GRACE = 5.0
 """Time that a program gets to end after SIGINT and again after SIGTERM, s, before it is killed."""
@@ -21,8 +22,34 @@ class ProgramError(GraphError):
     """A program of a scenario could not be started, or ended with an error during the run."""
 
 
+def ending(code: int) -> str:
+    """Return how a process with this return code has ended, such as `exit code 1` or `signal SIGKILL`."""
+    names = {known.value: known.name for known in signal.Signals}
+    return f"exit code {code}" if code >= 0 else f"signal {names.get(-code, -code)}"
+
+
+def facts(process: int, name: str) -> list[str]:
+    """Return the words of a file that Linux has for a process; an empty list if there is none."""
+    try:
+        return Path(f"/proc/{process}/{name}").read_text(encoding="ascii").split()
+    except OSError:
+        return []
+
+
+def children(process: int) -> list[int]:
+    """Return the processes that a process has started; an empty list without /proc."""
+    return [int(child) for child in facts(process, f"task/{process}/children")]
+
+
+def signal_groups(leaders: Iterable[int], number: signal.Signals) -> None:
+    """Send a signal to process groups; those that have ended are left out."""
+    for leader in leaders:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(leader, number)
+
+
 class Programs:
-    """The programs of one run; each is the leader of a process group, which ends with it.
+    """The programs of one run. Each program leads its own process group; `close` ends the group.
 
     Args:
         folder: working folder of the programs.
@@ -59,8 +86,9 @@ class Programs:
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
                 )
-        except OSError as error:
-            raise ProgramError(f"start {' '.join(command)}: {error.strerror or error}") from None
+        except (OSError, ValueError) as error:  # ValueError: a null character
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise ProgramError(f"start {printable(' '.join(command))}: {reason}") from None
         self._running.append((" ".join(command), output, process))
         return iter(())
 
@@ -69,24 +97,20 @@ class Programs:
         for command, output, process in self._running:
             if process.poll():
                 text = output.read_text(encoding="utf-8", errors="replace").strip()[-LAST:]
-                code = process.returncode
-                how = f"exit code {code}" if code > 0 else f"signal {signal.Signals(-code).name}"
+                how = ending(process.returncode)
                 raise ProgramError(f"{command}: ended with {how}\n  " + "\n  ".join(text.splitlines() or ["no output"]))
 
     def close(self) -> None:
-        """End all programs with their children: by SIGINT, then SIGTERM, then SIGKILL. Safe to call twice."""
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            for _, _, process in self._running:
-                self._signal(process, number)
-            for _, _, process in self._running:
-                try:
-                    process.wait(GRACE if number != signal.SIGKILL else None)
-                except subprocess.TimeoutExpired:
-                    continue
-        self._running.clear()
-
-    @staticmethod
-    def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-        if process.poll() is None or number == signal.SIGKILL:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, number)
+        """End all programs with their children: by SIGINT, then SIGTERM, then SIGKILL, which an interrupt sends at once."""
+        processes = [process for _, _, process in self._running]
+        try:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal_groups([process.pid for process in processes if process.poll() is None], number)
+                for process in processes:
+                    with contextlib.suppress(subprocess.TimeoutExpired):
+                        process.wait(GRACE)
+        finally:
+            signal_groups([process.pid for process in processes], signal.SIGKILL)
+            for process in processes:
+                process.wait()
+            self._running.clear()

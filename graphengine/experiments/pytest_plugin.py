@@ -6,8 +6,7 @@ pytest finds a scenario or a test uses the fixture.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
     from graphengine.experiments.scenario import Case, Scenario
 
 SUFFIX = ".scenario.yaml"
+_SESSIONS = pytest.StashKey[list["Session"]]()
+"""Sessions that a test has started by the fixture."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -99,7 +100,7 @@ def _cases(scenario: Scenario, bag: Path | None) -> Iterable[Case]:
 
 
 class ScenarioItem(pytest.Item):
-    """One case of a scenario. The run is made in the setup, so that JUnit tells an error from a failure."""
+    """One case of a scenario. The case runs in the setup phase: pytest reports exceptions there as errors, not failures."""
 
     def __init__(self, *, scenario: Scenario, case: Case, **arguments: Any) -> None:
         super().__init__(**arguments)
@@ -134,9 +135,13 @@ class ScenarioItem(pytest.Item):
             yield judge_on_bag(self._scenario, self.config.option.bag)
             return
         from graphengine.experiments.artefacts import run_and_keep
+        from graphengine.format.interrupts import by_sigterm
 
+        parent, file = self.config.option.record_failures, self.nodeid.partition("::")[0]
         for run in range(self._scenario.spec.runs):
-            yield run_and_keep(self._scenario, self._case, self._options(), self._folder(), run=run)
+            with by_sigterm():  # so that started programs end
+                result = run_and_keep(self._scenario, self._case, self._options(), parent, file, run=run)
+            yield result
 
     def runtest(self) -> None:
         """Fail if too few runs passed."""
@@ -169,10 +174,6 @@ class ScenarioItem(pytest.Item):
         options = self.config.option
         return CaseOptions(programs=options.allow_programs, scripts=options.allow_scenario_scripts)
 
-    def _folder(self) -> Path | None:
-        folder = self.config.option.record_failures
-        return Path(folder, re.sub(r"[^\w.=+-]", "_", self._case.name)) if folder is not None else None
-
     def reportinfo(self) -> tuple[Path, int, str]:
         """Return file, line and name of the test."""
         return self.path, 0, self.name
@@ -187,8 +188,25 @@ def _share(passed: int, runs: int) -> str:
     return f"{passed} of {runs} runs passed; with a confidence of 95 %, {low:.1%} to {high:.1%} of all runs pass"
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, object]:
+    """Judge the sessions of the fixture after a test has passed; a missed expectation is a failure of the test."""
+    result = yield
+    missed = []
+    for one in pyfuncitem.stash.get(_SESSIONS, []):
+        from graphengine.format.errors import GraphError
+
+        try:
+            one.judge()
+        except GraphError as error:
+            missed.append(str(error))
+    if missed:
+        pytest.fail("\n".join(missed), pytrace=False)
+    return result
+
+
 @pytest.fixture
-def session() -> Iterator[Callable[..., Session]]:
+def session(request: pytest.FixtureRequest) -> Iterator[Callable[..., Session]]:
     """Return a function that starts a session of a scene; its arguments are those of `Scene.session`, and `set` of `load`.
 
         def test_it_stays(session):
@@ -196,7 +214,7 @@ def session() -> Iterator[Callable[..., Session]]:
             sim.expect(ge.always("tilt('dd100') < 0.1"))
             sim.run(2.0)
 
-    At the end of the test, the expectations of its sessions are judged, and the sessions are closed.
+    At the end of a test that has passed, the expectations of its sessions are judged. Then the sessions are closed.
     """
     from contextlib import ExitStack
 
@@ -205,6 +223,7 @@ def session() -> Iterator[Callable[..., Session]]:
 
     with ExitStack() as closing:
         started: list[Session] = []
+        request.node.stash[_SESSIONS] = started
 
         def start(source: Any, *, set: Mapping[str, Any] | None = None, **options: Any) -> Session:
             scene = source if isinstance(source, Scene) else load(source, set=set or {})
@@ -212,5 +231,3 @@ def session() -> Iterator[Callable[..., Session]]:
             return started[-1]
 
         yield start
-        for one in started:
-            one.judge()

@@ -35,7 +35,7 @@ class RayPool:
 
     Args:
         address: address of a running cluster, or `auto`; empty starts one on this machine.
-        settings: what holds for all runs.
+        settings: settings common to all runs.
         limits: limits of each run.
 
     Raises:

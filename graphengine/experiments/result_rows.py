@@ -56,7 +56,7 @@ def row_of(run: Run, result: CaseResult, wall: float) -> Row:
 
 
 def identity(row: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what identifies a run: file, case, seed, contents of the files, and versions. Rows are sorted by it."""
+    """Return the identity of a run, by which rows are sorted: file, case, seed, contents of the files, and versions."""
     return row["file"], row["case"], f"{row['seed']:020d}", row["inputs"], json.dumps(row["versions"], sort_keys=True)
 
 
@@ -69,7 +69,7 @@ def read_rows(path: Path) -> list[Row]:
     """Return the rows of a results file. A last line that was cut, as its writer was killed, is left out.
 
     Raises:
-        UsageError: a line is no row.
+        UsageError: a line is not a row.
     """
     *lines, _ = path.read_bytes().split(b"\n")
     rows = []
@@ -84,7 +84,7 @@ def read_rows(path: Path) -> list[Row]:
 
 
 def merged(files: Iterable[Sequence[Row]]) -> list[Row]:
-    """Return the rows of several files, sorted; of the rows of one run, the last that is no error."""
+    """Return the rows of several files, sorted; of the rows of one run, the last that is not an error."""
     found: dict[tuple[str, ...], Row] = {}
     for row in (row for rows in files for row in rows):
         before = found.get(identity(row))

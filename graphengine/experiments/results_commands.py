@@ -53,10 +53,10 @@ def make_results(arguments: argparse.Namespace) -> int:
 
 
 def read_results(arguments: argparse.Namespace) -> int:
-    """Merge results files, or show what they say; return the exit code.
+    """Merge results files, or print their summary; return the exit code.
 
     Raises:
-        UsageError: a file is no results file, or `merge` has no output.
+        UsageError: a file is not a results file, or `merge` has no output.
     """
     word, *names = arguments.paths
     missing = [name for name in names if not os.path.isfile(name)]

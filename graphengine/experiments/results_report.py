@@ -1,4 +1,4 @@
-"""Reports what a results file says: pass rates by parameter, and the worst runs with the commands that run them again."""
+"""Summarises a results file: pass rates by parameter, and the worst runs with the commands that run them again."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.experiments.statistics import wilson_interval
 from graphengine.format.wording import printable, quoted
 
 WORST = 10
-"""Number of runs that are named."""
+"""Maximum number of runs to name."""
 
 
 HEADS = ("scenario", "parameter", "value", "passed", "errors", "rate", "95 % interval")
@@ -35,7 +35,7 @@ def counted(outcomes: Counter[str]) -> str:
 
 
 def replay_command(row: Row) -> str:
-    """Return the command that runs the case of a row again and keeps what shows why it failed."""
+    """Return the command that runs the case of a row again and records the failure."""
     case = quoted(f"{row['file']}::{row['case']}")
     return f"graphrun test {case} --record-failures failures"
 

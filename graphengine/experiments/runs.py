@@ -79,7 +79,7 @@ def parse_shard(text: str) -> tuple[int, int]:
     """Return the number of a shard, from 0 on, and the number of shards; `3/8` is the third of eight.
 
     Raises:
-        UsageError: the text is no shard.
+        UsageError: the text is not a shard.
     """
     number, _, total = text.partition("/")
     if not (number.isdecimal() and total.isdecimal() and 1 <= int(number) <= int(total)):

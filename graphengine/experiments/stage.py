@@ -1,4 +1,4 @@
-"""What the steps of one run of a scenario act on."""
+"""The session and the programs of one run of a scenario, which its steps use."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.experiments.programs import Programs
 
 @dataclass
 class Stage:
-    """What the steps of one run act on.
+    """The session and the programs of one run.
 
     Attributes:
         session: the session.

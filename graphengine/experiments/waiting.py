@@ -1,4 +1,4 @@
-"""The step `wait` for what other programs do: a message, a node, a service, a state of a lifecycle node."""
+"""The step `wait` for other programs: for a message, a node, a service or a state of a lifecycle node."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from graphengine.format.wording import listing
 
 
 class WaitSpec(FileSpec):
-    """What a step waits for: one of a topic, a node, a service and a lifecycle node."""
+    """The event for which a step waits: one of `topic`, `node`, `service` and `lifecycle`."""
 
     topic: str | None = None
     """Topic on which a message arrives."""
     type: str | None = None
     """Message type of the topic or service type; needed if no graph uses the topic or service."""
     node: str | None = None
-    """ROS node that is there, such as /controller_server."""
+    """ROS node that is running, such as /controller_server."""
     service: str | None = None
     """Service that has a server."""
     lifecycle: str | None = None
-    """Lifecycle node that is in the state of `state`."""
+    """Lifecycle node that reaches the state `state`."""
     state: Literal["unconfigured", "inactive", "active", "finalized"] = Field(default="active")
     """State of the lifecycle node."""
 
@@ -36,7 +36,7 @@ class WaitSpec(FileSpec):
         return self
 
     def perform(self, stage: Stage) -> Iterator[None]:
-        """Wait."""
+        """Yield between two ticks until the event occurs."""
         session = stage.session
         if self.topic is not None:
             subscription = session.subscribe(self.topic, self.type, keep=1)

@@ -17,6 +17,7 @@ from typing import Any
 from graphengine.api.scene import Scene
 from graphengine.api.scene_files import UnpackedScene
 from graphengine.experiments.case_run import CaseOptions, run_case
+from graphengine.experiments.programs import children, signal_groups
 from graphengine.experiments.result_rows import Row, row_of, start_row
 from graphengine.experiments.runs import Bundle, Run
 from graphengine.experiments.scenario import Scenario
@@ -29,7 +30,7 @@ GRACE = 5.0
 
 @dataclass(frozen=True, slots=True)
 class RunSettings:
-    """What holds for all runs of a worker.
+    """Settings common to all runs of a worker.
 
     Attributes:
         programs: whether scenarios may start programs.
@@ -112,6 +113,7 @@ def _listen(pipe: Connection, orders: queue.SimpleQueue[Any]) -> None:
     except (EOFError, OSError):
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(GRACE)
+        signal_groups(children(os.getpid()), signal.SIGKILL)  # programs that `Programs.close` has not ended yet
         os._exit(1)
 
 

@@ -13,10 +13,10 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from pathlib import Path
 from typing import Any
 
 from graphengine.api.scene_files import UnpackedScene
+from graphengine.experiments.programs import children, ending, facts, signal_groups
 from graphengine.experiments.result_rows import WALL, Row, start_row
 from graphengine.experiments.runs import Run
 from graphengine.experiments.statistics import rerun_text
@@ -44,10 +44,10 @@ class Limits:
 
 
 class Worker:
-    """A process that makes one run at a time. It is started for its first run, and again after a run has ended it.
+    """A process that executes one run at a time. It is started for its first run, and again after a run has ended it.
 
     Args:
-        settings: what holds for all runs.
+        settings: settings common to all runs.
         limits: limits of each run.
     """
 
@@ -61,8 +61,8 @@ class Worker:
 
     @property
     def memory(self) -> int:
-        """Resident memory of the process, bytes; 0 without a process, or if the system does not tell."""
-        words = _facts(self._process.pid, "statm") if self._process is not None else []
+        """Resident memory of the process, bytes; 0 without a process or without /proc."""
+        words = facts(self._process.pid, "statm") if self._process is not None else []
         return int(words[1]) * os.sysconf("SC_PAGE_SIZE") if words else 0
 
     def begin(self, run: Run, place: UnpackedScene | None = None) -> None:
@@ -141,8 +141,7 @@ class Worker:
         if self._tries < TRIES:
             self._send()
             return None
-        how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-        return self._error(f"its process ended with {how}, {TRIES} times")
+        return self._error(f"its process ended with {ending(code)}, {TRIES} times")
 
     def _error(self, reason: str) -> Row:
         return start_row(self._run) | {"reason": reason, WALL: round(time.monotonic() - self._begin, 3)}
@@ -167,11 +166,9 @@ class Worker:
         assert process is not None
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(patience)
-        programs = _facts(process.pid, f"task/{process.pid}/children")
+        programs = children(process.pid)
         process.kill()
-        for program in programs:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(int(program), signal.SIGKILL)
+        signal_groups(programs, signal.SIGKILL)
         self.pipe.close()
         return process.wait()
 
@@ -181,7 +178,7 @@ class ProcessPool:
 
     Args:
         number: number of processes.
-        settings: what holds for all runs.
+        settings: settings common to all runs.
         limits: limits of each run.
     """
 
@@ -210,11 +207,3 @@ class ProcessPool:
             worker.part()
         for worker in self.workers:
             worker.close()
-
-
-def _facts(process: int, name: str) -> list[str]:
-    """Return the words of a file that Linux has for a process; an empty list if there is none."""
-    try:
-        return Path(f"/proc/{process}/{name}").read_text(encoding="ascii").split()
-    except OSError:
-        return []

@@ -15,6 +15,7 @@ GraphError                  base of all exceptions of this package
 ├── NodeClassError          a node class that cannot be registered (in node/node_class.py)
 ├── NodeError               an exception in a node's `compute`
 ├── PhysicsError            the simulation diverged
+├── ProgramError            a program of a scenario could not be started, or ended with an error (in experiments/programs.py)
 ├── RecordingError          a recording that cannot be written or read
 ├── RenderError             images cannot be rendered
 ├── TrajectoryError         a trajectory that is invalid for the joints (in nodes/ros2/joint_trajectory.py)

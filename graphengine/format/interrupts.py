@@ -8,10 +8,12 @@ again. A lost MemoryError ends the process: if a thread runs out of memory as it
 from __future__ import annotations
 
 import _thread
+import contextlib
 import os
 import signal
 import sys
 import time
+from collections.abc import Iterator
 from types import FrameType, TracebackType
 
 CODE = 130
@@ -57,6 +59,20 @@ def interrupt(number: int, frame: FrameType | None) -> None:
         _raised.append(number)
         raise KeyboardInterrupt
     _thread.start_new_thread(_wait, (number, _thread.get_ident()))
+
+
+@contextlib.contextmanager
+def by_sigterm() -> Iterator[None]:
+    """Return a context manager in which SIGTERM raises KeyboardInterrupt; without effect except in the main thread."""
+    try:
+        before = signal.signal(signal.SIGTERM, interrupt)
+    except ValueError:
+        before = None
+    try:
+        yield
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
 
 
 def _loses(frame: FrameType | None) -> bool:

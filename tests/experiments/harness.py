@@ -11,7 +11,7 @@ from graphengine.format.diagnostics import Findings
 DRIVING = "publish: {topic: /dd100_0000/cmd_vel, message: {linear: {x: 0.5}}, every: 0.1s}"
 
 
-def written(folder: Path, text: str, *, scene: str = "dd100_flat", name: str = "tried") -> Path:
+def scenario_file(folder: Path, text: str, *, scene: str = "dd100_flat", name: str = "tried") -> Path:
     path = folder / f"{name}.scenario.yaml"
     path.write_text(f"format: 1\nscenario: {name}\nscene: {scene}\n{text}")
     return path

@@ -12,7 +12,7 @@ import pytest
 from graphengine.cli import main
 from graphengine.experiments.bag_case import IGNORED, bag_case, judge_on_bag
 from tests.api.expectations.bag_writing import LENGTH, driving, write_bag
-from tests.experiments.harness import DRIVING, scenario_of, written
+from tests.experiments.harness import DRIVING, scenario_file, scenario_of
 
 X = 'message("/position").point.x'
 MET = f"expect:\n  - within: 3s\n    reach: {X} > 1.2\n"
@@ -25,7 +25,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_steps_scene_and_matrix_are_ignored(tmp_path: Path, bag: Path) -> None:
-    path = written(tmp_path, f"do: [{DRIVING}]\nmatrix: {{seed: [0, 1]}}\nruns: 3\n{MET}", scene="missing")
+    path = scenario_file(tmp_path, f"do: [{DRIVING}]\nmatrix: {{seed: [0, 1]}}\nruns: 3\n{MET}", scene="missing")
     scenario = scenario_of(path)
     assert bag_case(scenario, bag).name == "tried[real]"
     result = judge_on_bag(scenario, bag)
@@ -34,15 +34,15 @@ def test_steps_scene_and_matrix_are_ignored(tmp_path: Path, bag: Path) -> None:
 
 
 def test_a_stated_end_of_the_run_is_the_end_of_the_judgement(tmp_path: Path, bag: Path) -> None:
-    whole = judge_on_bag(scenario_of(written(tmp_path, MISSED)), bag)
+    whole = judge_on_bag(scenario_of(scenario_file(tmp_path, MISSED)), bag)
     assert whole.outcome == "failed"
     assert whole.checks[0].decided == pytest.approx(4.0)  # x = 0.5 t
-    early = judge_on_bag(scenario_of(written(tmp_path, f"{MISSED}stop: {{after: 3.5s}}\n")), bag)
+    early = judge_on_bag(scenario_of(scenario_file(tmp_path, f"{MISSED}stop: {{after: 3.5s}}\n")), bag)
     assert (early.outcome, early.time) == ("passed", 3.5)
 
 
 def test_what_a_bag_cannot_answer_is_an_error_with_its_place_and_the_rest_is_judged(tmp_path: Path, bag: Path) -> None:
-    path = written(tmp_path, f'{MET}  - always: tilt("dd100") < 0.1\n  - never: message("/odom").x > 1\n')
+    path = scenario_file(tmp_path, f'{MET}  - always: tilt("dd100") < 0.1\n  - never: message("/odom").x > 1\n')
     result = judge_on_bag(scenario_of(path), bag)
     assert (result.outcome, [check.outcome for check in result.checks]) == ("error", ["passed", "error", "error"])
     assert f"{path}:7: error: always tilt" in result.report()
@@ -53,15 +53,15 @@ def test_what_a_bag_cannot_answer_is_an_error_with_its_place_and_the_rest_is_jud
 
 
 def test_a_bag_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
-    result = judge_on_bag(scenario_of(written(tmp_path, MET)), tmp_path / "none.mcap")
+    result = judge_on_bag(scenario_of(scenario_file(tmp_path, MET)), tmp_path / "none.mcap")
     assert (result.outcome, "none.mcap: no such file" in result.reason) == ("error", True)
 
 
 def test_graphrun_test_writes_the_same_junit(tmp_path: Path, bag: Path) -> None:
-    written(tmp_path, MET, name="met")
-    written(tmp_path, MISSED, name="missed")
-    written(tmp_path, 'expect: [always: tilt("dd100") < 0.1]\n', name="unfit")
-    written(tmp_path, f"do: [{DRIVING}]\n", name="steps")
+    scenario_file(tmp_path, MET, name="met")
+    scenario_file(tmp_path, MISSED, name="missed")
+    scenario_file(tmp_path, 'expect: [always: tilt("dd100") < 0.1]\n', name="unfit")
+    scenario_file(tmp_path, f"do: [{DRIVING}]\n", name="steps")
     command = [sys.executable, "-m", "graphengine.cli", "test", "--bag", str(bag), "--junit", "out.xml"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 1, done.stderr
@@ -81,5 +81,5 @@ def test_graphrun_test_writes_the_same_junit(tmp_path: Path, bag: Path) -> None:
 def test_what_needs_a_simulation_is_refused(
     bag: Path, option: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["test", "--bag", str(bag), *option]) == 2
+    assert main(["test", "--bag", str(bag), *option]) == 4
     assert f"{option[0]}: not with --bag, which simulates nothing" in capsys.readouterr().err

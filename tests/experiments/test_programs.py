@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from graphengine.experiments.programs import ProgramError, Programs
-from tests.experiments.harness import result_of, written
+from graphengine.experiments.programs import ProgramError, Programs, ending
+from tests.experiments.falling import start
+from tests.experiments.harness import result_of, scenario_file
+from tests.waiting import eventually
 
 
 @pytest.fixture
@@ -20,6 +23,11 @@ def programs(tmp_path: Path) -> Programs:
 
 def python(code: str) -> list[str]:
     return [sys.executable, "-c", code]
+
+
+def is_running(process: int) -> bool:
+    status = Path(f"/proc/{process}/stat")
+    return status.exists() and status.read_text().rpartition(")")[2].split()[0] != "Z"
 
 
 def test_a_program_runs_in_the_folder_with_the_domain_and_its_output_is_kept(
@@ -50,19 +58,56 @@ def test_a_program_ends_with_its_children(programs: Programs, tmp_path: Path) ->
     while not up.exists() or not up.read_text():
         time.sleep(0.05)
     programs.close()
-    status = Path("/proc", up.read_text(), "stat")
-    assert not status.exists() or status.read_text().rpartition(")")[2].split()[0] == "Z"
+    assert not is_running(int(up.read_text()))
 
 
-def test_an_unknown_program_is_an_error(programs: Programs) -> None:
-    with pytest.raises(ProgramError, match="start no_such_program: No such file"):
-        programs.start(["no_such_program"])
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("no_such_program", "start no_such_program: No such file"), ("tr\0ue", "start .*ue: embedded null")],
+)
+def test_a_program_that_cannot_be_started_is_an_error(programs: Programs, name: str, message: str) -> None:
+    with pytest.raises(ProgramError, match=message):
+        programs.start([name])
+
+
+@pytest.mark.parametrize(("code", "text"), [(3, "exit code 3"), (-6, "signal SIGABRT"), (-40, "signal 40")])
+def test_the_end_of_a_program_is_named(code: int, text: str) -> None:
+    assert ending(code) == text
+
+
+def test_a_program_that_ends_by_a_signal_without_a_name_is_an_error(programs: Programs) -> None:
+    list(programs.start(["sh", "-c", "kill -40 $$"]))
+    with pytest.raises(ProgramError, match="ended with signal 40"):
+        eventually(lambda: programs.check())
+    programs.close()
+
+
+def end_during_a_program(folder: Path, *arguments: str, by: signal.Signals, trap: str = "") -> int:
+    """End `graphrun test` by a signal while its program runs, wait until the program has ended, and return the exit code."""
+    text = f'transport: memory\ndo: [start: [sh, -c, "{trap}echo $$ > up; exec sleep 300"], wait: 9000s]\n'
+    scenario_file(folder, f"{text}stop: {{after: 9999s}}\n")
+    up = folder / "up"
+    with start(folder, "--allow-programs", *arguments) as driver:
+        assert eventually(lambda: up.exists() and up.read_text())
+        driver.send_signal(by)
+        assert eventually(lambda: not is_running(int(up.read_text())))
+        driver.communicate(timeout=60)
+    return driver.returncode
+
+
+def test_a_program_ends_with_graphrun_test(tmp_path: Path) -> None:
+    assert end_during_a_program(tmp_path, by=signal.SIGTERM) == 2
+
+
+def test_a_program_of_another_process_ends_with_graphrun_test(tmp_path: Path) -> None:
+    assert end_during_a_program(tmp_path, "-n", "2", by=signal.SIGTERM) == 2
+    (tmp_path / "up").unlink()
+    rows = ("--results", "rows.jsonl")
+    assert end_during_a_program(tmp_path, *rows, by=signal.SIGKILL, trap="trap '' INT TERM; ") == -signal.SIGKILL
 
 
 def test_no_program_is_started_unless_it_is_allowed(tmp_path: Path) -> None:
-    path = written(
-        tmp_path, f'transport: memory\ndo: [start: [{sys.executable}, -c, \'open("made", "w")\'], wait: 1s]\n'
-    )
+    path = scenario_file(tmp_path, 'transport: memory\ndo: [start: [sh, -c, ": > made"], wait: 1s]\n')
     result = result_of(path)
     assert (result.outcome, "only with --allow-programs" in result.reason) == ("error", True)
     assert not (tmp_path / "made").exists()

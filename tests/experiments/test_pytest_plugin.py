@@ -1,122 +1,129 @@
-"""`graphrun test` and the pytest plugin, as users start them."""
+"""`graphrun test` and the pytest plugin, as users start them. Starts are slow, so most tests share one."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
+from mcap.reader import make_reader
 
-from graphengine.cli import main
-from tests.experiments.harness import DRIVING, written
+from tests.experiments.falling import start
+from tests.experiments.harness import DRIVING, scenario_file
 
 PASSES = "expect: [always: time < 9]\nstop: {after: 0.2s}\n"
 FAILS = f'do: [{DRIVING}]\nexpect:\n  - always: pose("dd100").position[0] < 0.1\nstop: {{after: 2s}}\n'
-ERRS = 'expect: [always: tilt("nobody") < 1]\n'
-Run = Callable[..., "subprocess.CompletedProcess[str]"]
+SCENARIOS = {
+    "good": PASSES,
+    "bad": FAILS,
+    "broken": 'expect: [always: tilt("nobody") < 1]\n',
+    "absent": f"requires: [nothing_here]\n{PASSES}",
+    "never": "runs: 2\nexpect: [always: time < 0.1]\nstop: {after: 0.2s}\n",
+}
+OWN = """
+import graphengine as ge
+def test_good(session):
+    sim = session('dd100_flat', set={'DiffController.maxLinearSpeed': 0.5}, seed=1)
+    sim.expect(ge.always('tilt("dd100") < 0.1'))
+    assert sim.run(0.1)
+def test_missed(session):
+    for limit in (0.05, 0.07, 9.0):
+        sim = session('dd100_flat')
+        sim.expect(ge.always(f'time < {limit}'))
+        sim.run(0.1)
+def test_asserted(session):
+    sim = session('dd100_flat')
+    sim.expect(ge.always('time < 0'))
+    assert sim.run(0.1) == 'not this'
+"""
 
 
-@pytest.fixture
-def run(tmp_path: Path) -> Run:
-    def start(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "graphengine.cli", "test", *arguments]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=200, check=False)
+class Done(NamedTuple):
+    """A finished `graphrun test` of all scenarios and OWN."""
 
-    return start
-
-
-def test_exit_codes_are_those_of_pytest(run: Run, tmp_path: Path) -> None:
-    assert run().returncode == 5
-    written(tmp_path, PASSES, name="good")
-    assert run().returncode == 0
-    assert run("-k", "nothing").returncode == 5
-    assert run("missing").returncode == 4
-    written(tmp_path, FAILS, name="bad")
-    assert run().returncode == 1
-    written(tmp_path, "expect: []\n", name="wrong")
-    done = run()
-    assert (done.returncode, "wrong.scenario.yaml:1:1: error G109" in done.stdout) == (2, True), done.stdout
+    folder: Path
+    code: int
+    output: str
+    cases: dict[str, ElementTree.Element]
 
 
-def test_junit_tells_errors_failures_and_skips_apart(run: Run, tmp_path: Path) -> None:
-    for name, text in (
-        ("good", PASSES),
-        ("bad", FAILS),
-        ("broken", ERRS),
-        ("absent", f"requires: [nothing_here]\n{PASSES}"),
-    ):
-        written(tmp_path, text, name=name)
-    assert run("--junit", "out.xml", "-n", "2").returncode == 1
-    cases = {case.get("name"): case for case in ElementTree.parse(tmp_path / "out.xml").iter("testcase")}
-    told = {
-        name: next((part.tag for part in case if part.tag != "properties"), "passed") for name, case in cases.items()
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
+    folder = tmp_path_factory.mktemp("project")
+    for name, text in SCENARIOS.items():
+        scenario_file(folder, text, name=name)
+    (folder / "test_own.py").write_text(OWN)
+    process = start(folder, "--junit", "out.xml", "-n", "2", "--record-failures", "kept")
+    output, _ = process.communicate(timeout=240)
+    cases = ElementTree.parse(folder / "out.xml").iter("testcase")
+    return Done(folder, process.returncode, output, {str(case.get("name")): case for case in cases})
+
+
+def test_exit_codes_are_those_of_pytest(done: Done, tmp_path: Path) -> None:
+    texts = {"empty": "", "good": PASSES, "wrong": "expect: []\n"}
+    for name, text in texts.items():
+        (tmp_path / name).mkdir()
+        if text:
+            scenario_file(tmp_path / name, text, name=name)
+    processes = [start(tmp_path, name) for name in (*texts, "missing")]
+    outputs = [process.communicate(timeout=240)[0] for process in processes]
+    assert [process.returncode for process in processes] == [5, 0, 2, 4]
+    assert done.code == 1
+    assert "wrong.scenario.yaml:1:1: error G109" in outputs[2]
+
+
+def test_junit_distinguishes_errors_failures_and_skips(done: Done) -> None:
+    kinds = {
+        name: next((part.tag for part in case if part.tag != "properties"), "passed")
+        for name, case in done.cases.items()
     }
-    assert told == {"good": "passed", "bad": "failure", "broken": "error", "absent": "skipped"}
-    properties = {part.get("name"): part.get("value") for part in cases["good"].iter("property")}
+    assert kinds == {
+        "good": "passed",
+        "bad": "failure",
+        "broken": "error",
+        "absent": "skipped",
+        "never": "failure",
+        "test_good": "passed",
+        "test_missed": "failure",
+        "test_asserted": "failure",
+    }
+    properties = {part.get("name"): part.get("value") for part in done.cases["good"].iter("property")}
     assert properties["seed"] == "0"
     assert float(properties["robustness: always time < 9"] or 0) == pytest.approx(8.8, abs=0.02)
 
 
-def test_a_failure_shows_place_time_and_values_without_a_traceback(run: Run, tmp_path: Path) -> None:
-    written(tmp_path, FAILS)
-    out = run().stdout
-    assert 'tried.scenario.yaml:6: failed: always pose("dd100").position[0] < 0.1' in out
-    assert "decided at 0." in out
-    assert "pose('dd100') = position (0.1" in out
-    assert "Traceback" not in out
-    assert "pytest_plugin" not in out.partition("FAILURES")[2]
+def test_a_failure_shows_place_time_and_values_without_a_traceback(done: Done) -> None:
+    assert 'bad.scenario.yaml:6: failed: always pose("dd100").position[0] < 0.1' in done.output
+    assert "decided at 0." in done.output
+    assert "pose('dd100') = position (0.1" in done.output
+    assert "Traceback" not in done.output
+    assert "pytest_plugin" not in done.output.partition("FAILURES")[2]
 
 
-def test_what_a_failure_leaves_can_be_opened_and_replayed(
-    run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    written(tmp_path, FAILS)
-    written(tmp_path, PASSES, name="good")
-    assert "kept: kept/tried/report.txt" in run("--record-failures", "kept").stdout
-    assert [path.name for path in (tmp_path / "kept").iterdir()] == ["tried"]
-    kept = tmp_path / "kept" / "tried"
-    report = (kept / "report.txt").read_text()
-    assert "graphrun view kept/tried/run.mcap --at 0." in report
-    assert main(["replay", str(kept / "run.mcap")]) == 0
-    assert "identical" in capsys.readouterr().out
-    assert "Content-Security-Policy" in (kept / "run.html").read_text()
-    assert main(["view", str(kept / "run.mcap"), "--html", str(tmp_path / "again.html")]) == 0
+def test_a_share_of_the_runs_can_be_enough(done: Done) -> None:
+    assert "0 of 2 runs passed; with a confidence of 95 %, 0.0% to 65.8% of all runs pass" in done.output
 
 
-def test_a_share_of_the_runs_can_be_enough(run: Run, tmp_path: Path) -> None:
-    text = "runs: 4\n{}expect: [always: time < 0.1]\nstop: {{after: 0.2s}}\n"
-    written(tmp_path, text.format(""), name="none")
-    out = run().stdout
-    assert "0 of 4 runs passed; with a confidence of 95 %, 0.0% to 49.0% of all runs pass" in out
+def test_the_fixture_reports_all_missed_expectations_of_a_test_that_passes_otherwise(done: Done) -> None:
+    missed = "".join(done.cases["test_missed"].itertext())
+    assert [line for line in missed.splitlines() if "failed:" in line] == [
+        "failed: always time < 0.05",
+        "failed: always time < 0.07",
+    ]
+    asserted = "".join(done.cases["test_asserted"].itertext())
+    assert ("not this" in asserted, "failed: always" in asserted) == (True, False)
 
 
-def test_the_fixture_judges_the_sessions_of_a_test(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "test_own.py").write_text(
-        "import graphengine as ge\n"
-        "def test_good(session):\n"
-        "    sim = session('dd100_flat', set={'DiffController.maxLinearSpeed': 0.5}, seed=1)\n"
-        "    sim.expect(ge.always('tilt(\"dd100\") < 0.1'))\n"
-        "    assert sim.run(0.1)\n"
-        "def test_bad(session):\n"
-        "    sim = session('dd100_flat')\n"
-        "    sim.expect(ge.always('time < 0.05'))\n"
-        "    sim.run(0.1)\n"
-    )
-    out = run().stdout
-    assert "2 passed, 1 error" in out, out
-    assert "failed: always time < 0.05" in out
+def test_each_run_that_did_not_pass_has_a_folder(done: Done) -> None:
+    folders = sorted(path.name.partition("~")[0] for path in (done.folder / "kept").iterdir())
+    assert folders == ["bad", "broken", "never", "never_run2"]
+    assert "kept: kept/bad/report.txt" in done.output
 
 
-def test_the_verdict_is_a_mark_of_the_recording_and_no_part_of_its_output(run: Run, tmp_path: Path) -> None:
-    from mcap.reader import make_reader
-
-    written(tmp_path, FAILS)
-    run("--record-failures", "kept")
-    with (tmp_path / "kept/tried/run.mcap").open("rb") as file:
+def test_the_verdict_is_a_mark_of_the_recording_and_no_part_of_its_output(done: Done) -> None:
+    with (done.folder / "kept/bad/run.mcap").open("rb") as file:
         ends = [one.metadata for one in make_reader(file).iter_metadata() if one.name == "graphengine:end"]
     ((tick, text),) = json.loads(ends[0]["verdicts"])
     assert text == 'failed: always pose("dd100").position[0] < 0.1'

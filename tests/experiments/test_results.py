@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.experiments.pytest_command import reads_results
 from graphengine.experiments.result_rows import ResultsFile, merged, read_rows
 from graphengine.experiments.runs import parse_shard, shard
-from graphengine.experiments.test_verb import reads_results
 from graphengine.format.errors import UsageError
 from tests.experiments.falling import FAILS, PASSES, STEP, G, rows, run, without_wall, write_scenario
 
@@ -58,7 +58,7 @@ def test_a_resumed_matrix_makes_only_the_runs_that_are_missing(tmp_path: Path) -
     assert "3 runs: 1 passed" in run(tmp_path, "--results", "rows.jsonl", "--resume")
     assert without_wall(path) == before
     assert "nothing left to do" in run(tmp_path, "--results", "rows.jsonl", "--resume")
-    assert "exists; continue it with --resume" in run(tmp_path, "--results", "rows.jsonl", code=2)
+    assert "exists; continue it with --resume" in run(tmp_path, "--results", "rows.jsonl", code=4)
     scenario.write_text(scenario.read_text().replace("4.5", "4.4"))  # other inputs: other runs
     assert "3 runs: 3 passed" in run(tmp_path, "--results", "rows.jsonl", "--resume")
     assert len(rows(path)) == 6

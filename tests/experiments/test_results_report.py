@@ -74,9 +74,9 @@ def test_show_and_merge_read_files(
     assert main(["test", "merge", "one.jsonl", "two.jsonl", "-o", "all.jsonl"]) == 0
     assert main(["test", "show", "all.jsonl"]) == 0
     assert capsys.readouterr().out == "".join(f"{line}\n" for line in report(ROWS))
-    assert main(["test", "merge", "one.jsonl"]) == 2
+    assert main(["test", "merge", "one.jsonl"]) == 4
     assert "give the file to write with -o FILE" in capsys.readouterr().err
-    assert main(["test", "show", "none.jsonl"]) == 2
+    assert main(["test", "show", "none.jsonl"]) == 4
     assert "none.jsonl: no such file" in capsys.readouterr().err
 
 
@@ -101,5 +101,5 @@ def test_arguments_that_do_not_belong_together_are_refused(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["test", *arguments]) == 2
+    assert main(["test", *arguments]) == 4
     assert message in " ".join(capsys.readouterr().err.split())

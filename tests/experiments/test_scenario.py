@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.experiments.harness import findings_of, result_of, scenario_of, written
+from tests.experiments.harness import findings_of, result_of, scenario_file, scenario_of
 
 EXPECTED = 'expect: [always: tilt("dd100") < 0.1]\n'
 
 
 def test_cases_have_the_names_that_pytest_gives_to_parameters(tmp_path: Path) -> None:
     text = "matrix: {seed: [0, 1], DiffController.maxLinearSpeed: [0.6, 1.3], Graph.list: [[1, 2], [3]]}\n"
-    cases = list(scenario_of(written(tmp_path, text + EXPECTED)).cases())
+    cases = list(scenario_of(scenario_file(tmp_path, text + EXPECTED)).cases())
     assert [case.name for case in cases[:3]] == ["tried[0-0.6-list0]", "tried[0-0.6-list1]", "tried[0-1.3-list0]"]
     assert len(cases) == 8
     assert (cases[-1].seed, cases[-1].settings) == (1, {"DiffController.maxLinearSpeed": 1.3, "Graph.list": [3]})
@@ -21,12 +21,12 @@ def test_cases_have_the_names_that_pytest_gives_to_parameters(tmp_path: Path) ->
 
 def test_a_value_of_the_matrix_wins_over_set(tmp_path: Path) -> None:
     text = "set: {A.x: 1, A.y: 2}\nmatrix: {A.x: [3]}\n"
-    (case,) = scenario_of(written(tmp_path, text + EXPECTED)).cases()
+    (case,) = scenario_of(scenario_file(tmp_path, text + EXPECTED)).cases()
     assert case.settings == {"A.x": 3, "A.y": 2}
 
 
 def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path: Path) -> None:
-    path = written(tmp_path, EXPECTED, scene="dd100_flat.yaml")
+    path = scenario_file(tmp_path, EXPECTED, scene="dd100_flat.yaml")
     assert scenario_of(path).scene == "dd100_flat.yaml"
     (tmp_path / "dd100_flat.yaml").write_text("graph: g\nnodes: {Tick: OnPlaybackTick}\n")
     assert scenario_of(path).scene == str(tmp_path / "dd100_flat.yaml")
@@ -71,7 +71,7 @@ def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path
     ],
 )
 def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found: list[str]) -> None:
-    told = "\n".join(findings_of(written(tmp_path, text)))
+    told = "\n".join(findings_of(scenario_file(tmp_path, text)))
     assert all(part in told for part in found), told
 
 
@@ -88,17 +88,17 @@ def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found:
     ],
 )
 def test_what_only_a_run_can_find_is_an_error_with_its_place(tmp_path: Path, text: str, reason: str) -> None:
-    result = result_of(written(tmp_path, text))
+    result = result_of(scenario_file(tmp_path, text))
     assert (result.outcome, reason in result.report()) == ("error", True), result.report()
 
 
 def test_steps_go_on_after_all_is_met_and_a_run_of_steps_alone_waits_for_its_publications(tmp_path: Path) -> None:
     met_early = "do: [wait: 1s]\nexpect:\n  - within: 10s\n    reach: time > 0.2\n"
-    result = result_of(written(tmp_path, met_early))
+    result = result_of(scenario_file(tmp_path, met_early))
     assert result.outcome == "passed"
     assert result.time == pytest.approx(1.0, abs=0.02)
     sends = "do: [publish: {topic: /dd100_0000/cmd_vel, message: {}, every: 0.1s, for: 0.5s}]\n"
-    assert result_of(written(tmp_path, sends)).time == pytest.approx(0.5, abs=0.02)
+    assert result_of(scenario_file(tmp_path, sends)).time == pytest.approx(0.5, abs=0.02)
 
 
 def test_a_scene_outside_of_the_folder_and_the_current_folder_is_not_read(
@@ -107,7 +107,7 @@ def test_a_scene_outside_of_the_folder_and_the_current_folder_is_not_read(
     (tmp_path / "secret").write_text("machine h login u password s3cret\n")
     folder = tmp_path / "strange"
     folder.mkdir()
-    path = written(folder, EXPECTED, scene="../secret")
+    path = scenario_file(folder, EXPECTED, scene="../secret")
     monkeypatch.chdir(folder)
     result = result_of(path)
     assert (result.outcome, "s3cret" in result.reason) == ("error", False)
@@ -117,18 +117,20 @@ def test_a_scene_outside_of_the_folder_and_the_current_folder_is_not_read(
 
 
 def test_looking_for_a_package_imports_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert result_of(written(tmp_path, "requires: [this.x]\nstop: {after: 0.1s}\n" + EXPECTED)).outcome == "passed"
+    assert (
+        result_of(scenario_file(tmp_path, "requires: [this.x]\nstop: {after: 0.1s}\n" + EXPECTED)).outcome == "passed"
+    )
     assert "Zen" not in capsys.readouterr().out
 
 
 def test_what_is_not_installed_is_skipped(tmp_path: Path) -> None:
-    result = result_of(written(tmp_path, "requires: [numpy, sh, no_such_program]\n" + EXPECTED))
+    result = result_of(scenario_file(tmp_path, "requires: [numpy, sh, no_such_program]\n" + EXPECTED))
     assert (result.outcome, result.reason) == ("skipped", "requires no_such_program")
 
 
 def test_after_a_failure_the_other_expectations_stay_open(tmp_path: Path) -> None:
     text = "expect:\n  - always: time < 0.5\n  - within: 9s\n    reach: time > 5\n  - always: time < 0.2\n"
-    result = result_of(written(tmp_path, text))
+    result = result_of(scenario_file(tmp_path, text))
     assert [check.outcome for check in result.checks] == ["open", "open", "failed"]
     assert result.outcome == "failed"
     assert "tried.scenario.yaml:8: failed: always time < 0.2" in result.report()

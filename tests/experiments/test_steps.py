@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests import action_graph, service_graph
-from tests.experiments.harness import DRIVING, result_of, written
+from tests.experiments.harness import DRIVING, result_of, scenario_file
 
 X = 'pose("dd100").position[0]'
 
@@ -19,7 +19,7 @@ def passes(path: Path) -> float:
 
 
 def test_the_run_ends_with_the_last_step_if_nothing_is_expected(tmp_path: Path) -> None:
-    assert passes(written(tmp_path, "do: [wait: 0.5s, wait: 250ms]\n")) == pytest.approx(0.75, abs=1 / 60)
+    assert passes(scenario_file(tmp_path, "do: [wait: 0.5s, wait: 250ms]\n")) == pytest.approx(0.75, abs=1 / 60)
 
 
 def test_a_publication_ends_after_its_time_and_the_next_step_begins_at_once(tmp_path: Path) -> None:
@@ -33,21 +33,21 @@ expect:
   - count: velocity("dd100").linear[0] > 0.45
     at_least: 1
 """
-    passes(written(tmp_path, text))
+    passes(scenario_file(tmp_path, text))
 
 
 def test_conditions_are_waited_for(tmp_path: Path) -> None:
-    time = passes(written(tmp_path, f"do:\n  - {DRIVING}\n  - wait: {X} > 0.5\n"))
+    time = passes(scenario_file(tmp_path, f"do:\n  - {DRIVING}\n  - wait: {X} > 0.5\n"))
     assert 1.0 < time < 2.0  # 0.25 s of acceleration, then 0.5 m/s
 
 
 def test_a_message_is_waited_for(tmp_path: Path) -> None:
-    assert passes(written(tmp_path, "do: [wait: {topic: /dd100_0000/odom}]\n")) < 0.1
+    assert passes(scenario_file(tmp_path, "do: [wait: {topic: /dd100_0000/odom}]\n")) < 0.1
 
 
 def test_sequences_in_parallel_end_with_the_longest(tmp_path: Path) -> None:
     text = "do: [{parallel: [[wait: 0.2s, wait: 0.3s], [wait: 0.1s]]}, wait: 0.5s]\n"
-    assert passes(written(tmp_path, text)) == pytest.approx(1.0, abs=1 / 60)
+    assert passes(scenario_file(tmp_path, text)) == pytest.approx(1.0, abs=1 / 60)
 
 
 def test_commands_of_ctl_are_steps(tmp_path: Path) -> None:
@@ -62,14 +62,14 @@ do:
 expect:
   - never: velocity("dd100").linear[0] > 0.25
 """
-    passes(written(tmp_path, text))
+    passes(scenario_file(tmp_path, text))
 
 
 def test_a_service_is_called_and_its_response_compared(tmp_path: Path) -> None:
     (tmp_path / "light.yaml").write_text(f"graph: light\n{service_graph.SERVER}")
     call = "call: {service: /light, request: {data: true}, response: {success: %s}}"
-    passes(written(tmp_path, f"do: [{call % 'true'}]\n", scene="light.yaml"))
-    result = result_of(written(tmp_path, f"do: [{call % 'false'}]\n", scene="light.yaml"))
+    passes(scenario_file(tmp_path, f"do: [{call % 'true'}]\n", scene="light.yaml"))
+    result = result_of(scenario_file(tmp_path, f"do: [{call % 'false'}]\n", scene="light.yaml"))
     assert result.outcome == "error"
     assert "response of /light: expected success = False, got True" in result.reason
 
@@ -77,7 +77,7 @@ def test_a_service_is_called_and_its_response_compared(tmp_path: Path) -> None:
 def test_a_goal_is_sent_and_its_status_compared(tmp_path: Path) -> None:
     (tmp_path / "count.yaml").write_text(f"graph: count\n{action_graph.SERVER}")
     action = "action: {name: /fibonacci, goal: {order: 3}, result: %s}"
-    passes(written(tmp_path, f"do: [{action % 'succeeded'}]\n", scene="count.yaml"))
-    result = result_of(written(tmp_path, f"do: [{action % 'canceled'}]\n", scene="count.yaml"))
+    passes(scenario_file(tmp_path, f"do: [{action % 'succeeded'}]\n", scene="count.yaml"))
+    result = result_of(scenario_file(tmp_path, f"do: [{action % 'canceled'}]\n", scene="count.yaml"))
     assert result.outcome == "error"
     assert "action /fibonacci: expected canceled, got succeeded" in result.reason

@@ -98,5 +98,7 @@ def test_no_other_module_writes_files() -> None:
     package = shipped() / "graphengine"
     writers = (path for path in package.rglob("*.py") if writing.search(path.read_text("utf-8")))
     found = {str(path.relative_to(package)) for path in writers}
-    # What a recording holds is laid out in a new folder that is nobody else's.
-    assert found == {"format/atomic_write.py", "recording/writer.py", "recording/sources.py"}
+    # These write to a new folder of their own, or to files that grow during a run.
+    temporary = {"api/expectations/bag_file.py", "recording/sources.py"}
+    growing = {"experiments/programs.py", "experiments/result_rows.py", "recording/writer.py"}
+    assert found == {"format/atomic_write.py", *temporary, *growing}

@@ -37,6 +37,7 @@ TESTED = {
     "control.simulation_interfaces.filters.PATIENCE": (
         "tests/control/test_simulation_interfaces.py::test_an_expression_that_would_take_for_ever_is_given_up"
     ),
+    "experiments.artefacts.LONGEST": "tests/experiments/test_artefacts.py::test_no_two_runs_share_a_folder",
     "format.process_limits.SMALLEST": "tests/cli/test_limits.py::test_too_little_memory_has_its_own_exit_code",
     "isaac.script.script_reader.SECONDS": "tests/isaac/script/test_hostile.py::test_a_hostile_script_is_contained",
     "isaac.script.script_process.ENDING_SECONDS": "tests/isaac/script/test_hostile.py::test_a_hostile_script_is_contained",

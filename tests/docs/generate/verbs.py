@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from graphengine.cli import OLD_NAMES, VERBS, make_parser
 from graphengine.cli.node_reference import code, prose, table
-from graphengine.experiments import test_verb
+from graphengine.experiments import pytest_command
 
 TEST = "test"
 """The verb that graphengine adds by an entry point, as other packages can."""
@@ -32,7 +32,7 @@ _CODES = (
 
 def pages() -> Iterator[tuple[str, str]]:
     """Yield path and text of the page."""
-    verbs = {**VERBS, TEST: test_verb.HELP}
+    verbs = {**VERBS, TEST: pytest_command.HELP}
     rows = [(f"[{code(name)}](#{name})", prose(about)) for name, about in verbs.items()]
     former = [f"{code(new)} is also called {code(old)}, its former name." for old, new in OLD_NAMES.items()]
     lines = [_INTRODUCTION, *table(("verb", "what it does"), rows), "", *former]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from importlib.util import find_spec
 from pathlib import Path
 
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
+from graphengine.format.interrupts import by_sigterm
 
 HELP = "run scenarios (*.scenario.yaml) and Python tests with pytest"
 _CODES = (
@@ -16,6 +18,7 @@ _CODES = (
 WORDS = ("show", "merge")
 """First words of a command line that reads results files, which follow; `show` without such files is a folder of this name."""
 SUFFIX = ".jsonl"
+WRONG_USAGE = 4
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rows.add_argument("--workers", metavar="ray[:ADDRESS]", help=workers)
     rows.add_argument("-o", "--output", metavar="FILE", type=Path, help="with merge: the file to write")
     parser.epilog = _CODES
+    parser.set_defaults(wrong_usage=WRONG_USAGE)
 
 
 def whole(text: str) -> int:
@@ -94,6 +98,11 @@ def execute(arguments: argparse.Namespace) -> int:
         from graphengine.experiments.results_commands import read_results
 
         return read_results(arguments)
+    with by_sigterm():  # so that started programs end
+        return _run(arguments)
+
+
+def _run(arguments: argparse.Namespace) -> int:
     if arguments.results is not None:
         from graphengine.experiments.results_commands import make_results
 
@@ -110,6 +119,8 @@ def _run_pytest(arguments: argparse.Namespace) -> int:
         import pytest
     except ImportError:
         raise UsageError(f"graphrun test needs pytest; install it with: {install_command('pytest')}") from None
+    if arguments.processes is not None and find_spec("xdist") is None:
+        raise UsageError(f"-n needs pytest-xdist; install it with: {install_command('pytest')}")
     given = [*arguments.paths]
     for option, value in (
         ("-n", arguments.processes),
