@@ -66,18 +66,18 @@ class Body:
     @property
     @reading
     def touched(self) -> tuple[str, ...]:
-        """Names of all that a robot or object touched in a physics step of the last tick, including the floor.
+        """Names of all bodies that the robot or object touched in any physics step of the last tick, including the floor.
 
-        Shapes that belong to no robot or object, such as walls, have the name of the shape. The first access returns what is
-        touched after the last step only.
+        A shape that belongs to no robot or object, such as a wall, is listed by its own name. The first access covers only the
+        contacts after the last step.
         """
         return tuple(self._runner.session.services.world.entities.touched(self.name))
 
     @reading
     def clearance(self, margin: float = 2.0) -> Mapping[str, float]:
-        """Return the distances, m, of all robots, objects and walls within `margin`, nearest first, by name.
+        """Return the distances (m) to all robots, objects and walls within `margin` (m) by name, nearest first.
 
-        The body counts as turned once about its vertical axis, so a distance is that which remains when it turns on the spot.
+        A distance is measured from the volume that the body sweeps when it turns about its vertical axis.
         """
         x, y, _ = self.pose.position
         return self._runner.session.services.world.entities.clearance(self.name, (x, y), margin)
@@ -86,7 +86,7 @@ class Body:
         """Return the prim.
 
         Raises:
-            UnknownEntityError: no robot or object has the name, or no prim the path.
+            UnknownEntityError: no robot or object has the name, or no prim has the path.
         """
         services = self._runner.session.services
         if not self._path:

@@ -1,4 +1,4 @@
-"""Service calls and action goals with which a program talks to the graphs of a session and to other programs."""
+"""Service calls and action goals that a program sends to the graphs of a session and to other programs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ServiceCall:
 
     @property
     def done(self) -> bool:
-        """Whether the response has arrived; reading this property sends a request that is not sent yet."""
+        """Whether the response has arrived; reading this property sends a pending request."""
         self._send()
         return bool(self._answers)
 
@@ -110,7 +110,7 @@ class Goal:
     def status(self) -> str:
         """Status of the goal: `sent`, `rejected`, `accepted`, or the status with which it ended, such as `succeeded`.
 
-        Reading this property sends a goal that is not sent yet.
+        Reading this property sends a pending goal.
 
         Raises:
             TransportError: the server does not answer.

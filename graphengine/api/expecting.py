@@ -12,7 +12,7 @@ Outcome = Literal["open", "passed", "failed", "error"]
 
 
 class Check(AfterTick):
-    """A statement about a run, which is judged after each tick. `Session.expect` begins it and returns it."""
+    """A statement about a run that is judged after each tick. `Session.expect` starts the judgement and returns the check."""
 
     @property
     @abstractmethod
@@ -21,8 +21,8 @@ class Check(AfterTick):
 
     @abstractmethod
     def end(self) -> None:
-        """Decide the outcome, as the run is over. Safe to call twice."""
+        """Decide the outcome at the end of the run. Safe to call twice."""
 
     @abstractmethod
     def report(self) -> str:
-        """Return the outcome and its reason: what was expected, when it was decided, and by how much."""
+        """Return the outcome, the statement, the time of the decision, and the robustness."""

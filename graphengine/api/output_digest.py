@@ -39,7 +39,7 @@ class OutputDigest:
     def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Add a message."""
         self.messages += 1
-        # With their lengths, no two sequences of messages are the same bytes.
+        # The lengths make the hashed bytes of different sequences of messages different.
         self._hash.update(b"%s\0%d\0%s" % (claim.topic.encode(), len(data), data))
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:

@@ -15,7 +15,7 @@ MAX_ENTRIES = 1000
 
 
 class ReplayLog:
-    """Collects what nodes log in a replay: errors as marks, other messages as entries of the log.
+    """Collects the messages that nodes log in a replay: errors as marks, other messages as entries of the log.
 
     Attributes:
         marks: marks of the replay.
@@ -50,7 +50,7 @@ def write_recording(player: RecordingPlayer, log: ReplayLog, path: Path) -> None
     """Replay a recording to its end and write it as one HTML file.
 
     Args:
-        player: player of the recording, with the marks of `log`.
+        player: player of the recording; it uses the marks of `log`.
         log: the log of the replayed session.
         path: file to write; an older file is replaced when the new one is complete.
 

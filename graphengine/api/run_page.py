@@ -1,4 +1,4 @@
-"""Samples a session while it runs, for one HTML file with its 3D picture, plots, marks and log."""
+"""Samples a running session, and writes one HTML file with its 3D picture, plots, marks and log."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class RunPage(AfterTick):
-    """The samples and the log of a session from its start; `write` makes the file.
+    """The samples and the log of a session from its start; `write` writes the HTML file.
 
     Pass `log` to `Scene.session`, and the session to `watch`, before the first tick.
     """
@@ -48,7 +48,7 @@ class RunPage(AfterTick):
         self._trace.sample(self._tick)
 
     def plot(self, name: str, times: Sequence[float], values: Sequence[float], least: float | None = None) -> None:
-        """Add values over time, s, to the page; `least` is the smallest legal value."""
+        """Add a plot of values over time (s) to the page; `least` is the smallest legal value."""
         self._plots.append(Plot(name, times, values, limits=(least, None)))
 
     def write(self, path: Path, *, title: str, marks: Sequence[tuple[float, str]] = ()) -> None:

@@ -79,7 +79,7 @@ class Runner:
         """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
         self.running = self.cut_short = False
-        """Two facts: `run` or `step` is executing ticks or callbacks; a failed expectation has ended the last run."""
+        """`running`: `run` or `step` executes ticks or callbacks; `cut_short`: a failed expectation has ended the last run."""
         self.recorder: Recorder | None = None
         self.feed: Feed | None = None
         """Feed that sends the session's state to the web page; None until the page is opened."""

@@ -1,4 +1,4 @@
-"""The files of a scene, with which another process or machine loads it."""
+"""The files of a scene, packed so that another process or machine can load the scene."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from graphengine.scene.loaded_scene import Options
 
 @dataclass(frozen=True, slots=True)
 class UnpackedScene:
-    """The files of a scene in a folder, with the options that load it."""
+    """The unpacked files of a scene in a folder, with the options that load it."""
 
     path: Path
     options: Options
 
     def load(self, settings: Mapping[str, Any], *, allow_scripts: bool) -> Scene:
-        """Load the scene with values of inputs by address.
+        """Load the scene; `settings` sets input values by address.
 
         Raises:
             CheckError: the scene has errors.
@@ -37,7 +37,7 @@ class SceneFiles:
 
     packed: PackedScene
     origins: Mapping[str, str]
-    """Folders from which the files came, by those of the unpacked files, in the order in which texts replace them."""
+    """Original folder of the files in each unpacked folder, in the order in which `original` replaces them."""
 
     @classmethod
     def of(cls, scene: Scene) -> SceneFiles:
@@ -65,7 +65,7 @@ class SceneFiles:
         return UnpackedScene(*self.packed.lay_out(Workspace(folder)))
 
     def original(self, text: str, folder: Path) -> str:
-        """Return a text that names unpacked files below a folder with the names of the original files."""
+        """Return a text in which the paths of files unpacked to a folder are replaced by the original paths."""
         for place, origin in self.origins.items():
             text = text.replace(place.format(folder), origin)
         return text

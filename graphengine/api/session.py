@@ -127,7 +127,7 @@ class Session(SessionWorld):
     @overload
     def expect(self, *begin: Callable[[Session], C]) -> tuple[C, ...]: ...
     def expect(self, *begin: Callable[[Session], Any]) -> Any:
-        """Judge the run from now on, after each tick, and return the check; a tuple of checks for several expectations.
+        """Judge expectations after each tick from now on; return the check, or a tuple of checks for several expectations.
 
         >>> slow = sim.expect(ge.always("port('dd100/joint_states/ComputeOdom.position')[0] < 0.5"))
         >>> sim.run(1.0, until=sim.decided)
@@ -139,7 +139,7 @@ class Session(SessionWorld):
             begin: expectations such as `ge.always(…)`, or other functions that return a check of a session.
 
         Raises:
-            UsageError: a condition of an expectation is not legal, or names what the session does not have.
+            UsageError: a condition of an expectation is not legal, or names something that the session does not have.
         """
         self._judge(begin)
         added = tuple(self._checks[-len(begin) :]) if begin else ()
@@ -153,7 +153,7 @@ class Session(SessionWorld):
 
     @reading
     def mark(self, text: str) -> None:
-        """Put a mark into the recording at this tick, which the page and its time bar show; without a recording, do nothing.
+        """Add a mark to the recording at this tick, which the page shows on its time bar; do nothing without a recording.
 
         >>> sim.mark("the pallet is in view")
         """
@@ -161,7 +161,7 @@ class Session(SessionWorld):
             self._runner.recorder.mark(text)
 
     def decided(self, _: object = None) -> bool:
-        """Return whether all expectations are decided, or one of them is not met: an argument `until` for `run`.
+        """Return whether all expectations are decided or one has failed; pass this method to `run` as `until`.
 
         >>> drives = sim.expect(ge.within(5.0, "velocity('dd100').linear[0] > 0.4"))
         >>> drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
@@ -174,9 +174,9 @@ class Session(SessionWorld):
         return failed or (bool(outcomes) and "open" not in outcomes)
 
     def judge(self) -> None:
-        """End all expectations and forget them.
+        """End and remove all expectations, and raise an error if one is not met.
 
-        What is open is decided now, unless a failure has just ended the run early by `until=sim.decided`.
+        Open expectations are decided now, unless a failure has just ended the run early by `until=sim.decided`.
 
         >>> check = sim.expect(ge.always("tilt('dd100') < 0.1"))
         >>> sim.run(1.0)
@@ -212,7 +212,7 @@ class Session(SessionWorld):
 
     @acting
     def measure(self, begin: Callable[[Session], A]) -> A:
-        """Compute a metric from now on, from one sample a tick, and return the measurement, whose `value` is the metric.
+        """Compute a metric from one sample per tick from now on; `value` of the returned measurement is the metric.
 
         >>> top_speed = sim.measure(ge.metric(max="velocity('dd100').linear[0]"))
         >>> drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
@@ -222,10 +222,10 @@ class Session(SessionWorld):
         True
 
         Args:
-            begin: a metric such as `ge.metric(max=…)`, or another function that returns what acts after each tick.
+            begin: a metric such as `ge.metric(max=…)`, or another function that returns an object to call after each tick.
 
         Raises:
-            UsageError: the expression of the metric is not legal, or names what the session does not have.
+            UsageError: the expression of the metric is not legal, or names something that the session does not have.
         """
         measurement = begin(self)
         self._runner.after_ticks[measurement] = measurement
@@ -233,7 +233,7 @@ class Session(SessionWorld):
 
     @acting
     def digest_output(self, *, everything: bool = False) -> OutputDigest:
-        """Hash all messages that nodes publish from now on, and return the digest, whose `value` is that of the messages so far.
+        """Hash all messages that nodes publish from now on; `value` of the returned digest covers the messages so far.
 
         Equal files, seeds and calls give equal digests in all processes.
 
@@ -243,8 +243,8 @@ class Session(SessionWorld):
         32
 
         Args:
-            everything: whether nodes publish on all topics, as with a recording; else only on topics that are latched or have
-                subscribers.
+            everything: whether nodes publish on all topics, as in a recorded run; otherwise they publish only on topics that are
+                latched or have subscribers.
         """
         return OutputDigest(self._runner.network, everything)
 

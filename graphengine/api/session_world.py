@@ -38,7 +38,7 @@ class SessionWorld(SessionControl):
 
     @reading
     def body(self, name: str) -> Body:
-        """Return access to the pose, velocity and contacts of a robot, an object or another prim.
+        """Return a body, which has the pose, velocity and contacts of a robot, an object or another prim.
 
         >>> round(sim.body("/dd100/Geometry/base_link/chassis_link/sim_lidar").pose.position[2], 2)
         0.16
@@ -47,7 +47,7 @@ class SessionWorld(SessionControl):
             name: name of a robot or object, or the path of a prim.
 
         Raises:
-            UnknownEntityError: no robot or object has the name, or no prim the path.
+            UnknownEntityError: no robot or object has the name, or no prim has the path.
         """
         body = Body(self._runner, name)
         body.find()

@@ -1,4 +1,4 @@
-"""Subscriptions and publications with which a program talks to the graphs of a session."""
+"""Subscriptions and publications by which a program exchanges messages with the graphs of a session."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Subscription(Generic[M]):
 
     @property
     def received(self) -> int:
-        """Number of messages that have arrived, including those that were discarded since."""
+        """Number of messages that have arrived, including messages that have been discarded."""
         return self._arrived
 
     @property

@@ -1,4 +1,4 @@
-"""The routes of movers: points with times, and the texts by which a MuJoCo model keeps them.
+"""The routes of movers: points with times, and the texts that store them in a MuJoCo model.
 
 A route in the model itself stays with the mover when the model is copied, compiled again or compared.
 """

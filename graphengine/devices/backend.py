@@ -74,10 +74,10 @@ class Entities(Protocol):
         """
 
     def touched(self, name: str) -> Sequence[str]:
-        """Return the names of all that an entity touched in at least one physics step of this tick, floors included.
+        """Return the names of all bodies that an entity touched in any physics step of this tick, including floors.
 
-        The first call for an entity returns what it touches after the last step only; it lets later steps be observed.
-        A geom that belongs to no entity is named by its own name.
+        The first call for an entity covers only the contacts after the last step, and starts the observation of later steps.
+        A geom that belongs to no entity is listed by its own name.
         """
 
     def place(self, name: str, move: Move, *, forced: bool = True) -> None:

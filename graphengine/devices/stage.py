@@ -181,7 +181,7 @@ class Stage:
             PrimError: no prim has the path; the message suggests similar names.
             AmbiguousPrimError: the path matches several prims.
         """
-        if path in self._by_path:  # as it is for readers that have looked it up before
+        if path in self._by_path:  # stored paths need no normalization
             return self._by_path[path]
         wanted = normalize(path)
         found = self._meant(wanted) or self._laid_flat(wanted)

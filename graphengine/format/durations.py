@@ -21,5 +21,5 @@ def seconds(text: str) -> float:
 
 
 def in_seconds(value: Any) -> Any:
-    """Return a duration in seconds; a value that is no text is returned unchanged."""
+    """Return a duration in seconds; a value that is not a text is returned unchanged."""
     return seconds(value) if isinstance(value, str) else value

@@ -40,12 +40,12 @@ class Faults(Stateful):
         self.acting: dict[str, tuple[Impairment, float]] = {}
         """Each fault, and the number of the last tick in which it acts."""
         self._waiting: dict[tuple[str, str], list[tuple[int, Any]]] = {}
-        """Items on their way to each receiver of a sensor or topic, with the number of the tick in which they arrive."""
+        """Delayed items for each receiver of a sensor or topic, with the number of the tick in which they arrive."""
         self._counts: Counter[tuple[str, str]] = Counter()
         """Number of items since the fault began."""
 
     def put(self, name: str, fault: Impairment) -> None:
-        """Let a fault act from the next tick on; it replaces the present fault of the sensor or topic."""
+        """Let a fault act from the next tick on; it replaces the current fault of the sensor or topic."""
         self.lift(name)
         self.acting[name] = fault, float("inf") if fault.ticks is None else self._tick + fault.ticks
 
@@ -73,7 +73,7 @@ class Faults(Stateful):
 
         Args:
             name: sensor or topic, on which a fault acts.
-            receiver: name of the receiver; each receiver loses other items.
+            receiver: name of the receiver; the items that are lost are drawn for each receiver independently.
             items: new items.
         """
         fault, key = self.acting[name][0], (name, receiver)

@@ -34,7 +34,7 @@ class EarthSpec(FileSpec):
 
 
 class LockstepSpec(FileSpec):
-    """A topic on which the run waits for a program: where each period ends, the next tick waits for the program's messages."""
+    """A topic on which the run waits for a program: after each period, the next tick waits for the program's messages."""
 
     topic: Annotated[str, Field(max_length=1000)]
     """Full name of a topic to which graphs subscribe, such as /dd100_0000/cmd_vel."""
@@ -43,7 +43,7 @@ class LockstepSpec(FileSpec):
     messages: int = Field(default=1, ge=1, le=1000)
     """Number of messages in each period; the first tick after the period receives exactly these, in order of arrival."""
     timeout: Period = 5.0
-    """Longest wall time of a wait, such as 5s; then the run ends with an error."""
+    """Maximum wall time of a wait, such as 5s; a longer wait ends the run with an error."""
 
 
 def _one_of_each(entries: tuple[LockstepSpec, ...]) -> tuple[LockstepSpec, ...]:
@@ -72,14 +72,14 @@ class MoverStop(FileSpec):
     at: Point
     """Position of the point, m; z is the height of the mover's feet or base."""
     pause: Duration = 0.0
-    """How long the mover stands at this point, such as 2s."""
+    """Time for which the mover stops at this point, such as 2s."""
 
 
 Stop = Annotated[MoverStop, BeforeValidator(keys_of_stop, json_schema_input_type=MoverStop | Point)]
 
 
 class MoverSpec(FileSpec):
-    """A person, vehicle or thing that moves along a path, whatever is in its way; its pose depends on time and seed only."""
+    """A person, vehicle or other body that moves along a path regardless of obstacles; its pose depends only on time and seed."""
 
     shape: Shape
     """`person`, `forklift`, `box` (which needs a `size`), or the path of a mesh file."""
@@ -92,7 +92,7 @@ class MoverSpec(FileSpec):
     speed: Annotated[float, Field(gt=0, le=100)]
     """Speed, m/s."""
     loop: Loop = False
-    """`true`: from the last point straight to the first one, again and again; `there_and_back`: back along the path."""
+    """`true`: straight from the last point to the first one, repeatedly; `there_and_back`: back along the path, repeatedly."""
     start: Duration = 0.0
     """Time at which the mover starts, such as 2s."""
 
@@ -128,7 +128,7 @@ class SceneSpec(FileSpec):
     robots: dict[Name, RobotUse] = {}
     """Robots of the scene, as name: {use: robots/dd100.yaml, position: [0, 0, 0]}."""
     movers: dict[Name, MoverSpec] = {}
-    """What moves along paths, as name: {shape: person, path: [[0, 2], [0, 8]], speed: 1.2, loop: true}."""
+    """People and vehicles that move along paths, as name: {shape: person, path: [[0, 2], [0, 8]], speed: 1.2, loop: true}."""
     graphs: dict[Name, GraphUse] = {}
     """Graphs outside of robots, as name: {use: graphs/clock.yaml, at: /World/clock}."""
     namespaces: dict[PrimPath, Namespace] = {}

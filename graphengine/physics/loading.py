@@ -134,7 +134,7 @@ def load_world(
 
 
 def _check_movers(simulation: Simulation, scene: Loaded[SceneSpec], findings: Findings) -> bool:
-    """Warn about movers that start within something fixed; return False if a region has no free points, which is an error."""
+    """Warn about movers that start inside a fixed body; return False if a region has no free points, which is an error."""
     for name in simulation.movers.stuck():
         text = f"mover {name!r} finds no free straight way in its region"
         advice = "give a region with free floor, of a few times the size of the mover"
@@ -142,7 +142,7 @@ def _check_movers(simulation: Simulation, scene: Loaded[SceneSpec], findings: Fi
     for name in sorted(simulation.movers.names - simulation.movers.stuck()):
         if overlap := simulation.entities.fixed_around(name):
             span = scene.document.key_span("movers", name)
-            advice = "a mover walks through what is fixed; give its path another first point"
+            advice = "a mover walks through fixed bodies; give its path another first point"
             findings.add("W210", f"mover {name!r} starts in {overlap}", span, advice)
     return not simulation.movers.stuck()
 

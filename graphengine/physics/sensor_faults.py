@@ -1,4 +1,4 @@
-"""Faults of sensors: while a fault acts on a sensor, its readers get the samples that reach them instead of new ones."""
+"""Faults of sensors: while a fault acts on a sensor, its readers get the newest sample that has passed the fault."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from graphengine.format.faults import Faults
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What the readers of a faulty sensor get in a tick.
+    """The output of a faulty sensor in a tick.
 
     Attributes:
-        sample: the newest sample that reached them.
-        index: its number.
-        fresh: whether it reached them in this tick.
+        sample: the newest sample that has passed the fault.
+        index: number of the sample.
+        fresh: whether the sample has passed the fault in this tick.
     """
 
     sample: Any
@@ -47,13 +47,13 @@ def _unless_faulty(read: Any, output: Callable[[Any], Any]) -> Callable[[Any], A
 
 
 def _is_due(sensor: Any) -> bool:
-    """Return whether a sample reached the readers in this tick; graphs that run per physics step get it in the next tick."""
+    """Return whether a sample has passed the fault in this tick; graphs that run per physics step get it in the next tick."""
     simulation, output = sensor._simulation, sensor.output
     return output.fresh and (not simulation.stepping or simulation.in_first_step)
 
 
 def advance(handle: Any, key: str, faults: Faults) -> None:
-    """Take the sample of this tick, and determine what reaches the readers of a sensor; without a fault, end its output.
+    """Take the sample of this tick and set the output of a sensor with a fault; without a fault, remove its output.
 
     Args:
         handle: sensor.

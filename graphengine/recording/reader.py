@@ -158,7 +158,7 @@ class Recording:
         return self.times.tick(last)
 
     def verdicts(self) -> Mapping[int, list[str]]:
-        """Return the verdicts on the run by number of the tick; none if the file has none, or is damaged there."""
+        """Return the verdicts on the run by number of the tick; an empty result if the file has none or is damaged there."""
         _, end = read_extent(self.path)
         told = end.metadata.get("verdicts", "") if end is not None and end.name == mcap_schema.END else ""
         found: dict[int, list[str]] = {}

@@ -70,7 +70,7 @@ class Recorder(ExternalInputs):
         self._scene = scene.world.scenery.scene.document.path.absolute() if scene.world is not None else None
         self._definitions = scene.definitions
         self.verdicts: list[tuple[int, str]] = []
-        """Number of a tick and text of each verdict on the run; they are no part of its output."""
+        """Number of the tick and text of each verdict on the run; the verdicts are not part of the run's output."""
         self._tick = self._ended = 0
         self._wall_time = 0.0
         self._commands: list[tuple[str, Any]] = []

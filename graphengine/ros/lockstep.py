@@ -1,4 +1,4 @@
-"""Lockstep: where a period ends, the next tick waits until a program under test has sent its messages."""
+"""Lockstep: at the end of each period, the next tick waits until a program under test has sent its messages."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.topic_endpoints import LiveSubscription
 
 REPEAT = 0.2
-"""Wall time of a wait after which /clock is sent again, s, for a program that missed it or has just started.
+"""Wall time after which a wait sends /clock again, s, for a program that missed it or has just started.
 
 A program also gets this time between its discovery and its first answer, to discover the subscriptions of this run.
 """
 PAUSE = 0.25
-"""Wall time between two questions whether a tick may begin, s, after which the timeout of a wait starts again."""
+"""Wall time without a call of `opens` after which the timeout of a wait restarts, s; the run was paused meanwhile."""
 MAX_AHEAD = 10
-"""Largest number of periods for which messages may wait; if more wait, the program sends more than lockstep takes."""
+"""Maximum number of periods of waiting messages; if more wait, the program sends more messages than lockstep takes."""
 
 
 class Lockstep:
     """Holds back the messages of topics until their periods end, and decides whether the next tick may begin.
 
     Subscriptions get exactly the first `messages` messages in the first tick after the first period, the next ones after the
-    second period, and so on. So the wall time at which a message arrives has no effect. The tick that ends the first period
-    begins when a program publishes the topic: its first answer would be lost while it does not know the subscriptions.
+    second period, and so on. So the wall time at which a message arrives has no effect. The tick that ends the first period also
+    waits until a program publishes the topic: the program's first answer would be lost before it discovers the subscriptions.
 
     Args:
         network: network of the session, whose nodes are not set up yet.
@@ -39,20 +39,20 @@ class Lockstep:
         self._entries = entries
         network.quotas.update((entry.topic, 0) for entry in entries)
         self._since: float | None = None
-        """Wall time at which the present wait began; None: no wait."""
+        """Wall time at which the current wait began; None outside of a wait."""
         self._asked = self._repeated = 0.0
         self._found: dict[str, float] = {}
-        """Wall time at which a program was found that publishes a topic."""
+        """Wall time at which a publisher of each topic was discovered."""
 
     def opens(self, frame: int, tick_period: tuple[int, int]) -> bool:
-        """Return whether the next tick may begin; call this again and again while it may not.
+        """Return whether the next tick may begin; while it may not, call this method repeatedly.
 
         Args:
             frame: number of the last tick.
             tick_period: seconds per tick, as numerator and denominator.
 
         Raises:
-            TransportError: messages did not arrive within the timeout of their topic, or far too many have arrived.
+            TransportError: messages did not arrive within the timeout of their topic, or more wait than `MAX_AHEAD` permits.
         """
         if not self._entries:
             return True
@@ -74,7 +74,7 @@ class Lockstep:
         return False
 
     def _is_complete(self, entry: LockstepSpec, frame: int, tick: Fraction) -> bool:
-        """Return whether a topic lets the next tick begin; set the number of its messages that the tick takes."""
+        """Return whether the next tick need not wait for a topic; set the number of its messages that the tick takes."""
         ends = _ends(entry, frame, tick)
         self._network.quotas[entry.topic] = entry.messages if ends else 0
         subscriptions = self._subscriptions(entry.topic)
@@ -82,15 +82,15 @@ class Lockstep:
         if waiting and max(waiting) > MAX_AHEAD * entry.messages:
             raise TransportError(
                 f"{entry.topic}: {max(waiting)} messages wait at t = {float(frame * tick):g} s; lockstep takes"
-                f" {entry.messages} where a period of {entry.period:g} s ends\n"
-                "  the program sends more: set `period` and `messages` to what it sends"
+                f" {entry.messages} at the end of each period of {entry.period:g} s\n"
+                "  the program sends more: set `period` and `messages` to its rate"
             )
         if not waiting or min(waiting) >= entry.messages:
             return True
         return not ends and (not _ends(entry, frame + 1, tick) or self._is_found(subscriptions[0]))
 
     def _is_found(self, subscription: LiveSubscription) -> bool:
-        """Return whether a program has published the topic of a subscription for long enough to know the subscription."""
+        """Return whether a publisher of the topic has existed for `REPEAT`, in which it discovers the subscription."""
         transport, topic = self._network.transport(subscription.claim.ros_context), subscription.topic
         now = time.monotonic()
         if transport.spin_time == 0.0:  # there is no discovery
@@ -103,16 +103,16 @@ class Lockstep:
         return [one for one in self._network.subscriptions if one.topic == topic]
 
     def _explain(self, entry: LockstepSpec, at: float) -> str:
-        """Return the message about a program that does not answer."""
+        """Return the error message for a program that does not answer."""
         subscriptions = self._subscriptions(entry.topic)
         graph = self._network.transport(subscriptions[0].claim.ros_context).graph({(entry.topic, "publish")})
         if graph.publishers(entry.topic):
             why = "a program publishes the topic: make it answer /clock (use_sim_time), or set its period or a longer timeout"
         else:
             why = "no program publishes the topic: start the program under test, in the ROS domain of this run"
-        came = f"{min(one.waiting for one in subscriptions)} of {entry.messages} messages came"
+        came = f"{min(one.waiting for one in subscriptions)} of {entry.messages} messages"
         return (
-            f"{entry.topic}: {came} within {entry.timeout:g} s where lockstep waits for them, at t = {at:g} s\n  {why}"
+            f"{entry.topic}: lockstep received {came} within {entry.timeout:g} s of wall time, at t = {at:g} s\n  {why}"
         )
 
 

@@ -70,7 +70,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
             self._post_faultily()
 
     def _post_faultily(self, *encoded: bytes) -> None:
-        """Let those messages wait for the end of the tick that a fault of the topic neither loses nor delays."""
+        """Queue, for the end of the tick, the messages that a fault of the topic neither loses nor delays."""
         passed = self._network.faults.passing(self.topic, f"publish {self.claim.node}", encoded)
         self._network.outbox += [(self.send, data) for data in passed]
 

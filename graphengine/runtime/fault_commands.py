@@ -49,7 +49,7 @@ class _Target(ChangeCommand):
 
 
 class Fault(_Target):
-    """Let a sensor or a topic be silent, late or lossy from the next tick on; replaces its present fault, and ends at a reset."""
+    """Make a sensor or topic silent, late or lossy from the next tick on, instead of its current fault; a reset ends it."""
 
     silent: bool = False
     """Whether all samples or messages are lost."""
@@ -78,7 +78,7 @@ class Fault(_Target):
 
 
 class Mend(_Target):
-    """End the fault of a sensor or a topic; without both, all faults. Data that is still delayed is lost."""
+    """End the fault of a sensor or topic, or all faults without arguments. Data that is still delayed is lost."""
 
     @model_validator(mode="after")
     def _one(self) -> Mend:

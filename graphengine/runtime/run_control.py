@@ -18,7 +18,7 @@ SessionState = Literal["stopped", "playing", "paused", "failed"]
 IDLE = 0.25
 """Maximum wall time that a paused run sleeps before it checks again whether it should end, s; a command ends the sleep."""
 POLL = 0.001
-"""Wall time between two questions whether a gate opens, s."""
+"""Wall time between two calls of a closed gate, s."""
 
 
 class WaitingCommands(Protocol):

@@ -58,7 +58,7 @@ def test_a_goal_has_no_result_before_its_end(fibonacci: ge.Session) -> None:
         goal.result  # noqa: B018
 
 
-def test_a_goal_for_an_unknown_action_names_what_there_is(fibonacci: ge.Session) -> None:
+def test_a_goal_for_an_unknown_action_is_refused(fibonacci: ge.Session) -> None:
     with pytest.raises(UsageError, match="no graph uses service '/fibonaci/_action/send_goal'"):
         fibonacci.send_goal("/fibonaci", {})
 

@@ -1,4 +1,4 @@
-"""Movers in sessions: what a program reads, what is refused, and what a reload, a replay and another process give."""
+"""Movers in sessions: poses, rejected commands, reloads, replays, and equal output in another process."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_a_mover_can_be_read_but_not_moved() -> None:
     with ge.load(SCENE).session() as sim:
         sim.run(2.5)
         assert place(sim) == pytest.approx([-5.0, 9.0, 0.0])
-        with pytest.raises(ge.UsageError, match="it is a mover, whose path says where it is"):
+        with pytest.raises(ge.UsageError, match="it is a mover, and its path determines its pose"):
             sim.move("worker", (0.0, 0.0))
         sim.restore(saved := sim.checkpoint())
         sim.run(2.5)

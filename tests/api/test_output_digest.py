@@ -50,7 +50,7 @@ def test_the_digest_is_that_of_topics_and_bytes_in_order() -> None:
     assert output.value == hashlib.blake2b(expected, digest_size=16).hexdigest()
 
 
-def test_everything_is_what_a_recording_has(tmp_path: Path) -> None:
+def test_a_digest_of_everything_covers_the_messages_of_a_recording(tmp_path: Path) -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         whole = sim.digest_output(everything=True)
         sim.step(5)
@@ -61,7 +61,7 @@ def test_everything_is_what_a_recording_has(tmp_path: Path) -> None:
     assert whole.messages > digest()[1]
 
 
-def test_a_closed_digest_stays_as_it_is() -> None:
+def test_a_closed_digest_does_not_change() -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         output = sim.digest_output()
         sim.subscribe(ODOM)

@@ -1,4 +1,4 @@
-"""Sensors and topics that fail: silent, late or lossy, for a time or until they are mended; recorded and replayed."""
+"""Faults of sensors and topics: silence, delay and dropouts, their end, recordings and replays."""
 
 from __future__ import annotations
 
@@ -44,7 +44,9 @@ def arrivals(sim: ge.Session, topic: str, ticks: int) -> list[tuple[int, int]]:
     return found
 
 
-def test_a_lidar_that_is_silent_for_two_seconds_has_no_scans_then_and_all_afterwards(sim: ge.Session) -> None:
+def test_a_lidar_that_is_silent_for_two_seconds_sends_no_scans_during_the_fault_and_all_after_it(
+    sim: ge.Session,
+) -> None:
     scans = sim.subscribe(SCAN)
     sim.run(1.0)
     sim.fault(sensor=LIDAR, silent=True, duration=2.0)
@@ -54,7 +56,7 @@ def test_a_lidar_that_is_silent_for_two_seconds_has_no_scans_then_and_all_afterw
     )
 
 
-def test_a_delayed_lidar_sends_scans_of_the_measurement_later(sim: ge.Session) -> None:
+def test_the_scans_of_a_delayed_lidar_arrive_later_with_their_own_stamps(sim: ge.Session) -> None:
     sim.step(60)
     lidar = sim.robots["dd100"].sensors["sim_lidar"]
     lidar.fault(delay=0.3)
@@ -151,7 +153,7 @@ def test_faults_are_recorded_and_replayed_to_the_same_bytes(scene: ge.Scene, tmp
     assert main(["replay", str(tmp_path / "run.mcap")]) == 0
 
 
-def test_a_checkpoint_has_the_faults_and_the_delayed_data(sim: ge.Session) -> None:
+def test_a_checkpoint_contains_the_faults_and_the_delayed_data(sim: ge.Session) -> None:
     sim.fault(sensor=LIDAR, delay=0.2, dropout=0.2)
     sim.fault(topic=ODOM, delay=0.1)
     sim.step(40)
@@ -185,7 +187,7 @@ def test_the_state_of_a_run_lists_its_faults(sim: ge.Session) -> None:
     assert len(state.result()["faults"]) == 1
 
 
-def test_mistakes_are_told_with_what_is_legal(sim: ge.Session) -> None:
+def test_mistakes_are_reported_with_legal_values(sim: ge.Session) -> None:
     for wrong, message in (
         ({"sensor": "dd100/sim_lida", "silent": True}, "no sensor 'dd100/sim_lida'\n  did you mean 'dd100/sim_lidar'?"),
         ({"topic": "/dd100_0000/odo", "silent": True}, f"no topic '/dd100_0000/odo'\n  did you mean '{ODOM}'?"),

@@ -13,14 +13,14 @@ TESTED = {
     "descriptions.files.references.MAX_FILES_BYTES": (
         "tests/descriptions/files/test_bounds.py::test_all_files_of_a_scene_together_have_a_limit"
     ),
-    "ros.lockstep.MAX_AHEAD": "tests/ros/test_lockstep.py::test_a_program_that_sends_too_much_is_an_error",
+    "ros.lockstep.MAX_AHEAD": "tests/ros/test_lockstep.py::test_a_program_that_sends_too_many_messages_is_an_error",
     "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
     "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
     "api.expectations.bag_file.MAX_MESSAGE_BYTES": (
-        "tests/api/expectations/test_bags.py::test_a_compressed_message_has_a_limit"
+        "tests/api/expectations/test_bags.py::test_the_size_of_a_compressed_message_is_limited"
     ),
     "api.expectations.bags.MAX_INTERVALS": (
-        "tests/api/expectations/test_bags.py::test_a_condition_that_a_bag_cannot_answer_is_refused_at_once"
+        "tests/api/expectations/test_bags.py::test_a_condition_that_a_bag_cannot_evaluate_is_refused_at_once"
     ),
     "api.gym.scene_env.PATIENCE": "tests/api/gym/test_refusals.py::test_a_mistake_is_told_when_the_environment_is_made",
     "bringup.navigation.true_poses.PATIENCE": (

@@ -1,4 +1,4 @@
-"""A run that waits for a controller in another process; and for peers in its own."""
+"""Runs in lockstep with a controller in another process, and with peers in the same process."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def scene() -> ge.Scene:
 
 
 def content(path: Path) -> Sequence[object]:
-    """All that a recording has, without the random identity of its process on the network."""
+    """The content of a recording without the random identity of its process on the network."""
     found: list[object] = []
     with path.open("rb") as file:
         for record in StreamReader(file).records:
@@ -71,7 +71,7 @@ def run_over_dds(
     end_peer(controller)
 
 
-def test_a_controller_in_another_process_gives_the_same_recording_however_slow_it_is(
+def test_the_recording_does_not_depend_on_the_speed_of_a_controller_in_another_process(
     scene: ge.Scene, start_peer: StartPeer, domain_id: int, tmp_path: Path
 ) -> None:
     paths = [tmp_path / f"{number}.mcap" for number in range(3)]
@@ -85,7 +85,7 @@ def test_a_controller_in_another_process_gives_the_same_recording_however_slow_i
 
 
 class Peer:
-    """A program in this process, which acts in a thread of its own when it has heard a /clock `hears` times."""
+    """A program in a thread of this process, which acts when it has received a /clock `hears` times."""
 
     def __init__(self, act: Callable[[Peer, float], None], hears: int = 1) -> None:
         self._hears = hears
@@ -205,7 +205,7 @@ def test_a_controller_that_never_answers_is_an_error_after_which_the_run_can_con
         with pytest.raises(TransportError) as error:
             runner.run(1.0, math.inf)
         assert str(error.value).splitlines() == [
-            f"{CMD_VEL}: 1 of 2 messages came within 0.1 s where lockstep waits for them, at t = 0.1 s",
+            f"{CMD_VEL}: lockstep received 1 of 2 messages within 0.1 s of wall time, at t = 0.1 s",
             "  no program publishes the topic: start the program under test, in the ROS domain of this run",
         ]
         assert runner.session.state == "paused"
@@ -217,7 +217,7 @@ def test_a_controller_that_never_answers_is_an_error_after_which_the_run_can_con
         assert runner.session.ticks == 7
 
 
-def test_a_program_that_sends_too_much_is_an_error(scene: ge.Scene) -> None:
+def test_a_program_that_sends_too_many_messages_is_an_error(scene: ge.Scene) -> None:
     with running(scene, peer := Peer(lambda peer, now: None), EVERY_TENTH) as runner:
         for number in range(10):
             peer.command(number / 10)
@@ -237,4 +237,4 @@ def test_a_topic_that_no_graph_reads_is_refused(scene: ge.Scene) -> None:
 def test_a_run_of_the_command_line_ends_with_an_error(capsys: pytest.CaptureFixture[str]) -> None:
     entry = f"{CMD_VEL}=0.05s,messages=2,timeout=100ms"
     assert main(["run", "dd100_flat", "--transport", "memory", "--for", "1", "--lockstep", entry]) == 1
-    assert "0 of 2 messages came within 0.1 s where lockstep waits for them, at t = 0.05 s" in capsys.readouterr().err
+    assert "lockstep received 0 of 2 messages within 0.1 s of wall time, at t = 0.05 s" in capsys.readouterr().err

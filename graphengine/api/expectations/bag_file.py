@@ -1,7 +1,7 @@
-"""Reads the topics of bags: MCAP and SQLite files of this product, of `ros2 bag record` or of rosbags.
+"""Reads bags: MCAP and SQLite files that graphengine, `ros2 bag record` or rosbags wrote.
 
-Bags may be damaged or hostile. The files of a bag's folder are read without its `metadata.yaml`. Definitions of messages come
-from the bag, else from ROS 2.
+Bags may be damaged or hostile. In a folder, all bag files are read and `metadata.yaml` is ignored. Message definitions come from
+the bag; if it has none, from ROS 2.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from graphengine.recording.records import MAX_CHUNK_BYTES, read_records
 
 SUFFIXES = (".mcap", ".db3")
 MAX_MESSAGE_BYTES = 100_000_000
-"""Maximum size of a message that is compressed on its own, bytes."""
+"""Maximum uncompressed size of an individually compressed message, bytes."""
 _SECTION = re.compile(r"^=+\n(?:MSG|IDL): (\S+)\n", re.MULTILINE)
 _ZSTD = b"\x28\xb5\x2f\xfd"
 
@@ -67,7 +67,7 @@ class BagFile:
             self.end = int(max(reader.end_time for reader in self._readers)) - 1
             """Log time of the last message, ns."""
         self.is_run = isinstance(first, Header) and first.library.startswith(mcap_schema.LIBRARY)
-        """Whether this product recorded a run; its log times are simulation times."""
+        """Whether the bag is a recording of graphengine, whose log times are simulation times."""
         self.connections = list(chain.from_iterable(reader.connections for reader in self._readers))
 
     def close(self) -> None:
@@ -75,10 +75,10 @@ class BagFile:
         self._stack.close()
 
     def message_type(self, topic: str) -> tuple[str, Definitions]:
-        """Return the message type of a topic and definitions that contain the type.
+        """Return the message type of a topic, and message definitions that include it.
 
         Raises:
-            UsageError: the bag has no such topic, or the type is not defined.
+            UsageError: the bag does not have the topic, or neither the bag nor ROS 2 defines its type.
         """
         found = next((one for one in self.connections if one.topic == topic), None)
         if found is None:
@@ -89,7 +89,7 @@ class BagFile:
             return found.msgtype, _definitions(topic, found)
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[tuple[int, str, bytes]]:
-        """Yield log time, ns, topic and data of the messages of topics in the order of time; None stands for all topics.
+        """Yield log time (ns), topic and data of each message of the topics, in order of log time; None means all topics.
 
         Raises:
             RecordingError: the bag is damaged.
@@ -116,7 +116,7 @@ class BagFile:
 
 
 def _check_chunks(chunks: Collection[Any]) -> None:
-    """Raise ValueError if chunks that overlap in time, which are in memory together, are too large."""
+    """Raise ValueError if chunks that overlap in time are too large together: the reader holds all of them in memory."""
     edges = [(chunk.message_start_time, chunk.uncompressed_size) for chunk in chunks]
     edges += [(chunk.message_end_time, -chunk.uncompressed_size) for chunk in chunks]
     if max(accumulate(size for _, size in sorted(edges)), default=0) > MAX_CHUNK_BYTES:
@@ -124,7 +124,7 @@ def _check_chunks(chunks: Collection[Any]) -> None:
 
 
 def _definitions(topic: str, connection: Connection) -> Definitions:
-    """Return definitions with the type of a connection: the bag's own, or those of the first ROS 2 that defines the type."""
+    """Return the definitions in the bag, extended by the first ROS 2 distribution that makes the connection's type complete."""
     given = connection.msgdef.data
     whole, *sections = _SECTION.split(given)
     kind, errors = connection.msgdef.format.name.lower(), []
@@ -151,6 +151,8 @@ def _definitions(topic: str, connection: Connection) -> Definitions:
 
 
 def _bounded(decompressor: Callable[[], Any]) -> Callable[[bytes, int], bytes]:
+    """Return a function that decompresses a chunk, and stops after its declared size."""
+
     def decompress(data: bytes, size: int) -> bytes:
         if size > MAX_CHUNK_BYTES:
             raise ValueError(f"a chunk of {size} bytes is too large")
@@ -160,5 +162,5 @@ def _bounded(decompressor: Callable[[], Any]) -> Callable[[bytes, int], bytes]:
     return decompress
 
 
-# Those of rosbags decompress all before they compare the size with the declared one.
+# The decompressors of rosbags decompress a whole chunk before they compare its size with the declared size.
 storage_mcap.DECOMPRESSORS.update(lz4=_bounded(LZ4FrameDecompressor), zstd=_bounded(zstd.ZstdDecompressor))

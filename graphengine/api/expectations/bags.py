@@ -22,7 +22,7 @@ from graphengine.messages import messages
 from graphengine.messages.definitions import Definitions
 
 MAX_INTERVALS = 1_000_000
-"""Maximum number of intervals of a rate in a bag."""
+"""Maximum number of intervals in which the rate of a topic is measured in a bag."""
 CLOCK = "/clock"
 
 
@@ -35,13 +35,14 @@ def judge_bag(path: str | os.PathLike[str], *expectations: Expectation) -> tuple
     ...     ge.within(20.0, "message('/odom').pose.pose.position.x > 5"),
     ... )
 
-    Conditions can use `time`, `message`, `age` and `rate`; a bag has no ports, poses of bodies and contacts. The time of a
-    message is its log time, at which the recorder received the message, from the first message of the bag on. If the bag has the
-    topic `/clock`, the time is that of the newest message of `/clock`, from the first one on. The recording of a run of
-    graphengine has the times of the run.
+    Conditions can use `time`, `message`, `age` and `rate`; a bag has no ports, body poses or contacts. The time is the log time,
+    at which the recorder received a message; it is 0 at the first message of the bag. If the bag has the topic `/clock`, the
+    time is that of the newest message of `/clock`; it is 0 at the first one. In a recording of graphengine, the time is the
+    simulation time of the run.
 
     A condition is evaluated after each message of a topic that it reads, at the end of each interval of its rates, and at the end
-    of the bag. Messages of the same time arrive together. A condition that reads no topic is evaluated after all messages.
+    of the bag. Messages with the same time are delivered together. A condition that reads no topic is evaluated after every
+    message.
 
     Args:
         path: an MCAP or SQLite file (`.mcap`, `.db3`), or the folder of `ros2 bag record`.
@@ -65,9 +66,9 @@ def judge_bag(path: str | os.PathLike[str], *expectations: Expectation) -> tuple
 
 
 class Bag:
-    """A bag that is played to expectations.
+    """Plays a bag and judges expectations over its topics.
 
-    `judge_bag` describes the time, and when conditions are evaluated.
+    `judge_bag` documents the time and the evaluation of conditions.
 
     Args:
         path: an MCAP or SQLite file, or a folder with such files.
@@ -82,7 +83,7 @@ class Bag:
         self._topics: dict[str, _Topic] = {}
         self._watched: list[tuple[ExpectationCheck, set[str | float]]] = []
         self._read: set[str | float] = set()
-        """Topics and intervals, s, after which the expectation is judged that is being added."""
+        """Topics and intervals (s) that trigger the evaluation of the expectation that is being added."""
         self._begin = 0 if self._file.is_run else self._file.begin
         self._origin = 0
         """Tick of the last reset of the time."""
@@ -105,7 +106,7 @@ class Bag:
         """Add an expectation, which `play` judges.
 
         Raises:
-            UsageError: a condition is not legal, or names what the bag does not have.
+            UsageError: a condition is not legal, or uses a topic or function that the bag does not have.
         """
         self._read = set()
         check = ExpectationCheck(expectation, self, self._readings())
@@ -113,7 +114,7 @@ class Bag:
         return check
 
     def play(self, length: float = math.inf) -> None:
-        """Judge all expectations from the beginning of the bag to the time `length`, s, or to its end.
+        """Play the bag up to the time `length` (s) or to its end, and judge all expectations.
 
         Raises:
             RecordingError: the bag is damaged.
@@ -144,7 +145,7 @@ class Bag:
                 check.after_tick(self.tick - self._origin)
 
     def _events(self) -> Iterator[tuple[int, Any, bytes | None]]:
-        """Yield log time, ns, topic and data of messages, and the ends of intervals: their time, duration, s, and None."""
+        """Yield (log time in ns, topic, data) for each message and (time in ns, duration in s, None) at each interval's end."""
         tokens = set().union(*(read for _, read in self._watched))
         intervals = [token for token in tokens if isinstance(token, float)]
         every = any(not read for _, read in self._watched)
@@ -156,7 +157,7 @@ class Bag:
             yield self._begin + round(count * over * 1e9), over, None
 
     def _time_of(self, at: int, events: list[tuple[int, Any, bytes | None]]) -> float:
-        """Return the time, s, at a log time, ns, with these messages."""
+        """Return the time (s) at a log time (ns), given the messages with this log time."""
         if self._clock is None:
             return max(at - self._begin, 0) / 1e9
         clocks = [data for _, token, data in events if token == CLOCK and data is not None]
@@ -175,18 +176,18 @@ class Bag:
         return {**readings, "rate": rate, **{name: partial(_refuse, name) for name in WORLD}}
 
     def subscribe(self, topic: str, *, keep: int) -> _Topic:
-        """Return the messages of a topic, of which the newest one is kept."""
+        """Return the messages of a topic; only the newest one is kept."""
         self._read.add(topic)
         if topic not in self._topics:
             self._topics[topic] = _Topic(*self._file.message_type(topic))
         return self._topics[topic]
 
     def mark(self, text: str) -> None:
-        """Do nothing: a bag gets no marks."""
+        """Do nothing: marks are not written to a bag."""
 
 
 class _Topic:
-    """The messages of a topic up to the present time."""
+    """The messages of a topic up to the current time."""
 
     def __init__(self, message_type: str, definitions: Definitions) -> None:
         self._decode = partial(messages.decode, message_type=message_type, definitions=definitions)
@@ -200,11 +201,11 @@ class _Topic:
         return self._decode(self._data) if self._data else None
 
     def newest(self, count: int) -> list[Any]:
-        """Return the newest message if `count` is above 0: each message is judged by itself."""
+        """Return the newest message; an empty list if `count` is 0 or no message has arrived."""
         return [self.latest] if count > 0 and self._data else []
 
     def nanoseconds(self, data: bytes) -> int:
-        """Return the time, ns, that a message of `/clock` contains."""
+        """Return the time (ns) in a message of `/clock`."""
         time = self._decode(data).clock
         return int(time.sec * 10**9 + time.nanosec)
 

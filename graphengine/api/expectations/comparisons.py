@@ -52,7 +52,7 @@ ORDERS: Mapping[type[ast.cmpop], tuple[str, int]] = {
     ast.Gt: ("_below", -1),
     ast.GtE: ("_at_most", -1),
 }
-"""The function that compares two numbers, the most frequent condition, in one call, and the order of its arguments."""
+"""For each operator, a function that compares two numbers (the most frequent condition) in one call, and its argument order."""
 
 
 def certain(holds: bool) -> Sample:
@@ -65,7 +65,7 @@ def joined(
     holds: Callable[[Iterable[bool]], bool],
     margin: Callable[[Iterable[float]], float],
 ) -> Callable[[], Sample]:
-    """Return the function that joins the samples of all parts, of which each is evaluated."""
+    """Return a function that evaluates all parts, without short-circuiting, and joins their samples."""
 
     def evaluate() -> Sample:
         samples = [part() for part in parts]
@@ -75,7 +75,7 @@ def joined(
 
 
 def compared(operators: Sequence[_Comparison], sides: Sequence[Callable[[], Any]]) -> Callable[[], Sample]:
-    """Return the function that evaluates a chain of comparisons, each side once."""
+    """Return a function that evaluates a chain of comparisons and each of its sides exactly once."""
 
     def evaluate() -> Sample:
         values = [side() for side in sides]

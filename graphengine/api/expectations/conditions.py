@@ -1,7 +1,7 @@
-"""Conditions: expressions over readings of a session, such as `tilt("dd100") < 0.1`, evaluated as samples with a margin.
+"""Conditions: expressions over readings of a session, such as `tilt("dd100") < 0.1`, evaluated to samples with a margin.
 
-Sides of comparisons that consist of numbers are compiled to plain Python once, after every part was found to be harmless. The
-`Guard` of `graphengine.sandbox.expressions` evaluates the others, such as those with fields of messages.
+Numeric operands of comparisons are compiled once to plain Python, after each of their parts is checked to be harmless. The
+`Guard` of `graphengine.sandbox.expressions` evaluates all other operands, such as fields of messages.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Kind = Literal["number", "vector", "record", "other"]
 """`number` is a bool, int or float, `vector` a tuple or array of numbers, `record` an object with fields of these kinds."""
 
 MAX_EXPONENT = 16
-"""Largest exponent in plain Python, whose powers are floats; the guard computes others, and limits their size."""
+"""Largest exponent of powers that plain Python computes, as floats; the guard computes other powers and limits their size."""
 _NUMERIC = (
     "abs",
     "atan2",
@@ -48,15 +48,15 @@ _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod)
 
 
 class NoValueError(Exception):
-    """A reading has no value yet, such as the message of a topic on which none has arrived."""
+    """A reading has no value yet, for example because no message has arrived on its topic."""
 
 
 class ReadingState(Stateful):
-    """What a reading remembers between ticks; checkpoints contain it."""
+    """The state of a reading between ticks; checkpoints contain it."""
 
     @abstractmethod
     def reset(self) -> None:
-        """Begin anew at the present time, because the time was reset."""
+        """Restart at the current time, after a reset of the time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +64,10 @@ class Reading:
     """A value of the session that an expression reads.
 
     Attributes:
-        read: returns the present value, or raises NoValueError.
+        read: returns the current value, or raises NoValueError.
         kind: kind of the value.
         fields: kinds of the fields of a record.
-        state: what the reading remembers between ticks; None if it remembers nothing.
+        state: state between ticks; None for a reading without state.
     """
 
     read: Callable[[], Any]
@@ -77,11 +77,11 @@ class Reading:
 
 
 Readings = Mapping[str, Callable[..., Reading]]
-"""Functions of expressions by name; a function gets the constant arguments of a call and returns the reading."""
+"""Functions that expressions can call, by name; each takes the constant arguments of a call and returns the reading."""
 
 
 def parse(text: str, readings: Iterable[str]) -> ast.expr:
-    """Return the syntax tree of an expression that only uses these readings and functions, and no forbidden syntax.
+    """Return the syntax tree of an expression, which may use only these readings, `FUNCTIONS` and permitted syntax.
 
     Raises:
         UsageError: the text is not a legal expression.
@@ -121,11 +121,11 @@ class Expression:
         self._bound = binder.bound
         self._names = binder.names
         self.states = [reading.state for reading in binder.bound.values() if reading.state is not None]
-        """What the readings remember between ticks."""
+        """States of the readings that have one."""
         self._evaluate = self._compiled(tree)
 
     def number(self) -> float | None:
-        """Return the present value; None while a reading has no value.
+        """Return the current value; None while a reading has no value.
 
         Raises:
             UsageError: the value is not a number, or the expression has no value.
@@ -142,11 +142,11 @@ class Expression:
             return None
         except GraphError:
             raise
-        except Exception as error:  # of functions and operators that get other values than they expect
+        except Exception as error:  # functions and operators fail in many ways on unexpected values
             raise UsageError(f"{printable(self.text)}: {error}") from None
 
     def values(self) -> dict[str, Any]:
-        """Return the present value of each reading, by its text in the expression; those without a value are left out."""
+        """Return the current value of each reading that has one, by the text of the reading in the expression."""
         found = {}
         for text, name in self._names.items():
             with contextlib.suppress(NoValueError):
@@ -220,18 +220,18 @@ class Condition(Expression):
     """An expression whose value is true or false, with a margin.
 
     The margin of a comparison of numbers is the difference of its sides; of an equality, the negative absolute difference.
-    `and` has the smaller margin of its parts, `or` the larger one, and `not` the opposite one. All other values have an infinite
-    margin. All parts are evaluated in every tick: a reading without a value leaves the whole condition without one.
+    `and` has the smallest margin of its parts, `or` the largest one, and `not` the negated one. All other values have an infinite
+    margin. All parts are evaluated in every tick, so the condition has no value while one of its readings has none.
 
     >>> Condition("1 < limit() and limit() <= 4", {"limit": lambda: Reading(lambda: 3.0)}).sample()
     Sample(holds=True, margin=1.0)
     """
 
     def sample(self) -> Sample | None:
-        """Return the present value with its margin; None while a reading has no value.
+        """Return the current value with its margin; None while a reading has no value.
 
         Raises:
-            UsageError: the expression has no value, for example because of a division by zero.
+            UsageError: the evaluation failed, for example because of a division by zero.
         """
         sample: Sample | None = self._read()
         return sample
@@ -259,7 +259,7 @@ class Condition(Expression):
 
 
 def _whole(index: ast.expr) -> int | None:
-    """Return the value of a constant index; None if the index is no constant integer."""
+    """Return the value of a constant index; None if the index is not a constant integer."""
     try:
         value = ast.literal_eval(index)
     except ValueError:
@@ -282,7 +282,7 @@ class _FieldGuard(Guard):
 
 
 class _Binder(ast.NodeTransformer):
-    """Replaces each use of a reading in a syntax tree by a name of its own."""
+    """Replaces each distinct reading in a syntax tree with a unique name."""
 
     def __init__(self, readings: Readings) -> None:
         self._readings = readings
@@ -311,7 +311,7 @@ class _Binder(ast.NodeTransformer):
                 reading = self._readings[function](*arguments, **named)
             except GraphError:
                 raise
-            except Exception as error:  # of arguments of another type or number than the function expects
+            except Exception as error:  # wrong number or types of arguments
                 raise ValueError(str(error).replace(f"{function}()", function)) from None
             self.names[text] = f"reading_{len(self.bound)}"
             self.bound[self.names[text]] = reading
@@ -319,7 +319,7 @@ class _Binder(ast.NodeTransformer):
 
 
 class _Caller(ast.NodeTransformer):
-    """Replaces the name of each reading by a call of its function, and the base of each power by a float, which stays small."""
+    """Replaces the name of each reading with a call of its function, and the base of each power with a float of fixed size."""
 
     def __init__(self, bound: Mapping[str, Reading]) -> None:
         self._bound = bound

@@ -25,11 +25,11 @@ from graphengine.api.session import Session
 from graphengine.format.errors import GraphError, UsageError
 
 _READ = 200
-"""Largest number of characters of a value in a report."""
+"""Maximum number of characters of a value in a report."""
 _ROUNDING = 1e-9
-"""Largest number that a report shows as 0."""
+"""Largest absolute value that a report shows as 0."""
 _ELEMENTS = 8
-"""Largest number of elements of a list that a report shows one by one."""
+"""Maximum number of elements of a list that a report formats individually."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Expectation:
     """A statement about a run; `Session.expect` begins to judge it.
 
     Attributes:
-        text: the statement as text.
+        text: the statement, for reports.
         conditions: the conditions; one, or two for `until`.
         make: returns a new operator, which judges the samples of the conditions.
         inverted: whether the operator judges the opposite of the condition.
@@ -52,7 +52,7 @@ class Expectation:
         """Begin to judge a session.
 
         Raises:
-            UsageError: a condition is not legal, or the session lacks what it names.
+            UsageError: a condition is not legal, or names something that the session does not have.
         """
         return ExpectationCheck(self, session, readings_of(session))
 
@@ -71,7 +71,7 @@ def always(condition: str) -> Expectation:
 
 
 def never(condition: str) -> Expectation:
-    """Expect a condition to hold after no tick."""
+    """Expect a condition not to hold after any tick."""
     return Expectation(f"never {condition}", (condition,), Always, inverted=True)
 
 
@@ -91,12 +91,12 @@ def holds(seconds: float, condition: str) -> Expectation:
 
 
 def settles(seconds: float, condition: str) -> Expectation:
-    """Expect a condition to hold after every tick from `seconds` of simulation on; before, it need not hold."""
+    """Expect a condition to hold after every tick from `seconds` of simulation on; earlier ticks do not count."""
     return Expectation(f"settles in {seconds:g} s: {condition}", (condition,), lambda: Always(_duration(seconds)))
 
 
 def count(condition: str, at_least: int = 0, at_most: float = math.inf) -> Expectation:
-    """Expect a condition to begin to hold a number of times; a condition that holds at first has begun once."""
+    """Expect a condition to become true `at_least` to `at_most` times; a condition that is true at first counts as one time."""
     if not 0 <= at_least <= at_most:
         raise UsageError(f"count: expected 0 <= at_least <= at_most, got {at_least!r} and {at_most!r}")
     return Expectation(f"{at_least} to {at_most:g} times: {condition}", (condition,), lambda: Count(at_least, at_most))
@@ -105,7 +105,7 @@ def count(condition: str, at_least: int = 0, at_most: float = math.inf) -> Expec
 def rate(topic: str, at_least: float = 0.0, at_most: float = math.inf, over: float = 1.0) -> Expectation:
     """Expect the messages of a topic to arrive at a rate, Hz, in each interval of `over` seconds of simulation.
 
-    A rate is a whole number of messages divided by `over`: choose an interval with enough messages.
+    The measured rate is a whole number of messages divided by `over`, so its resolution is 1 / `over`.
     """
     parts = [f"at least {at_least:g}" * (at_least > 0.0), f"at most {at_most:g}" * (at_most < math.inf)]
     text = f"rate of {topic}: {' and '.join(filter(None, parts)) or 'any'} Hz in each {over:g} s"
@@ -113,7 +113,7 @@ def rate(topic: str, at_least: float = 0.0, at_most: float = math.inf, over: flo
 
 
 def latency(topic: str, at_most: float) -> Expectation:
-    """Expect the messages of a topic to arrive at most `at_most` seconds of simulation after their stamp."""
+    """Expect each message of a topic to arrive at most `at_most` seconds of simulation after its stamp."""
     return Expectation(f"latency of {topic}: at most {at_most:g} s", (f"age({topic!r}) <= {float(at_most)!r}",), Always)
 
 
@@ -130,7 +130,7 @@ def _shown(value: Any) -> str:
 
 
 def _bounded(value: str, least: float, most: float) -> str:
-    """Return the condition that a value is not below `least`, if this is above 0, and not above `most`, if this is finite."""
+    """Return the condition `least` <= value <= `most`, without an infinite upper limit or a lower limit of 0."""
     if math.isinf(most):
         return f"{float(least)!r} <= {value}"
     return f"{float(least)!r} <= {value} <= {float(most)!r}" if least > 0.0 else f"{value} <= {float(most)!r}"
@@ -145,7 +145,7 @@ def _duration(seconds: float) -> float:
 class ExpectationCheck(Check):
     """The judgement of one expectation in one session or bag.
 
-    A reset of the time begins the judgement anew. Checkpoints contain its state.
+    A reset of the time restarts the judgement. Checkpoints contain its state.
 
     Attributes:
         expectation: the statement that is judged.
@@ -160,7 +160,7 @@ class ExpectationCheck(Check):
         self._conditions = [Condition(text, readings) for text in expectation.conditions]
         self._frame = source.tick
         self.trace: list[tuple[float, float]] | None = None
-        """Time, s, and margin of each sample; None unless the caller sets a list before the run."""
+        """Time (s) and margin of each sample, if the caller sets a list before the run; otherwise None."""
         self._begin()
 
     def save(self) -> Any:
@@ -168,7 +168,7 @@ class ExpectationCheck(Check):
         return super().save(), [state.save() for state in self._states()]
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state."""
+        """Restore a saved state."""
         own, states = saved
         super().restore(own)
         for state, kept in zip(self._states(), states, strict=True):
@@ -221,7 +221,7 @@ class ExpectationCheck(Check):
             self._note_values()
 
     def end(self) -> None:
-        """Decide the outcome, as the run is over."""
+        """Decide the outcome at the end of the run."""
         if self.outcome == "open":
             if math.isnan(self._operator.verdict.robustness):
                 self._error = "never had a value; the run was too short, or a topic had no messages"
@@ -236,7 +236,7 @@ class ExpectationCheck(Check):
         }
 
     def report(self) -> str:
-        """Return the outcome and its reason: what was expected, when it was decided, by how much, and the values read."""
+        """Return the outcome, the statement, the time of the decision, the robustness, and the values of the readings."""
         verdict, text = self.verdict, self.expectation.text
         if self._error:
             return f"error: {text}\n  {self._error}"

@@ -1,4 +1,4 @@
-"""Metrics: numbers that describe a run, such as the top speed of a robot, each computed from one sample a tick.
+"""Metrics: numbers that describe a run, such as the top speed of a robot, each computed from one sample per tick.
 
 with ge.load("dd100_flat").session() as sim:
     top_speed = sim.measure(metric(max="velocity('dd100').linear[0]"))
@@ -21,7 +21,7 @@ from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 
 Fold = Callable[[float, float, int], float]
-"""Returns the metric after a sample from the metric before, the sample, and the number of samples including this one."""
+"""Returns the updated metric; the arguments are the previous metric, a sample, and the number of samples including this one."""
 FOLDS: Mapping[str, Fold] = MappingProxyType(
     {
         "min": lambda before, sample, _: min(before, sample),
@@ -49,7 +49,7 @@ class Metric:
         """Begin to measure a session.
 
         Raises:
-            UsageError: the expression is not legal, or the session lacks what it names.
+            UsageError: the expression is not legal, or names something that the session does not have.
         """
         return Measurement(self, session)
 
@@ -65,7 +65,7 @@ def metric(**operator: str) -> Metric:
     (True, 0.5)
 
     Raises:
-        UsageError: not exactly one operator is given.
+        UsageError: no operator or more than one operator is given.
     """
     if len(operator) != 1 or not operator.keys() <= FOLDS.keys():
         raise UsageError(
@@ -75,10 +75,10 @@ def metric(**operator: str) -> Metric:
 
 
 class Measurement(AfterTick):
-    """The computation of one metric in one session. A reset of the time begins it anew; checkpoints contain its state.
+    """The computation of one metric in one session. A reset of the time restarts it; checkpoints contain its state.
 
     Attributes:
-        metric: what is computed.
+        metric: the metric that is computed.
         value: the metric so far: a number, or for `time_to` the time since the beginning at which the condition first held, s.
             None if there was no sample, or the condition never held.
     """
@@ -116,7 +116,7 @@ class Measurement(AfterTick):
 
 
 def _reader(metric: Metric, readings: Readings, session: Session) -> Callable[[], float | None]:
-    """Return the function that takes a sample: a value, or the time if a condition holds; None if there is no sample."""
+    """Return a function that samples a value, or the time at which a condition holds; it returns None without a sample."""
     if metric.operator != "time_to":
         return Expression(metric.text, readings).number
     condition = Condition(metric.text, readings)

@@ -1,9 +1,9 @@
 """Temporal operators: each judges a sequence of samples, with constant time and memory per sample.
 
 A sample is the value of a condition at a time: whether the condition holds, and its margin. The margin of `a < b` is `b - a`,
-which is positive if the condition holds and negative if it does not. The robustness of a verdict is the distance from the other
-verdict, in the unit of the margin unless the operator says otherwise. It follows the quantitative semantics of signal temporal
-logic (Donzé and Maler, "Robust Satisfaction of Temporal Logic over Real-Valued Signals", FORMATS 2010).
+which is positive if the condition holds and negative if it does not. The robustness of a verdict is the distance from the
+opposite verdict, in the unit of the margin unless the operator documents another one. It follows the quantitative semantics of
+signal temporal logic (Donzé and Maler, "Robust Satisfaction of Temporal Logic over Real-Valued Signals", FORMATS 2010).
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ class Verdict:
 class Operator(ABC):
     """Judges samples in chronological order.
 
-    Samples after the decision change the robustness only, so the robustness is that of the whole run.
+    Samples after the decision still change the robustness, which therefore covers the whole run.
 
     Attributes:
-        begin: time from which durations count, s; None stands for the time of the first sample.
+        begin: time from which durations are measured, s; None means the time of the first sample.
         outcome: `open` until the samples decide it.
     """
 
@@ -87,7 +87,7 @@ class Operator(ABC):
         self._judge(time - self.begin, *samples)
 
     def end(self) -> None:
-        """Decide an open verdict: no more samples follow."""
+        """Decide an open verdict after the last sample."""
         self._decide(self._is_met())
 
     @abstractmethod
@@ -117,7 +117,7 @@ class Always(Operator):
     The robustness is the smallest margin.
 
     Args:
-        after: time from which samples count, s: the condition settles within this time. If the run ends earlier, only its last
+        after: time for the condition to settle, s; earlier samples do not count. If the run ends within this time, only its last
             sample counts.
     """
 
@@ -130,7 +130,7 @@ class Always(Operator):
     def _judge(self, elapsed: float, *samples: Sample) -> None:
         ((self._held, margin),) = samples
         if not self._counts:
-            self._robustness = math.nan  # of samples that do not count
+            self._robustness = math.nan  # discards the samples that do not count
             self._counts = elapsed >= self._after - TIME_ERROR
         self._lower(margin)
         if self._counts and not self._held:
@@ -167,9 +167,9 @@ class Within(Operator):
 
 
 class Until(Operator):
-    """The first condition holds in all samples before one in which the second condition holds, and there is such a sample.
+    """The second condition holds in a sample, and the first condition holds in all samples before it.
 
-    The robustness is the largest of min(margin of the second condition, margins of the first condition before).
+    The robustness is the maximum over all samples of min(margin of the second condition, all earlier margins of the first one).
     """
 
     def __init__(self) -> None:
@@ -216,7 +216,7 @@ class Holds(Operator):
 
 
 class Count(Operator):
-    """The number of times that the condition begins to hold is within limits.
+    """The number of times that the condition becomes true is within limits.
 
     The robustness is the distance of the number from the nearer limit.
 

@@ -22,23 +22,23 @@ from graphengine.format.wording import unknown
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
 _kept: WeakKeyDictionary[Session, dict[str, Reading]] = WeakKeyDictionary()
-"""The readings of bodies of each session, by function and arguments."""
+"""Readings that the conditions of a session share, by function and arguments."""
 _POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
 _VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
 KEPT = 100
-"""Largest number of messages of one tick whose ages are compared."""
+"""Maximum number of messages per tick whose ages are compared."""
 FAR = 2.0
-"""Distance beyond which nothing counts for `clearance`, m."""
+"""Maximum value of `clearance`, m; more distant bodies are ignored."""
 SEVERITIES = ("info", "warning", "error")
 """Severities of messages that nodes log, from low to high."""
 WORLD = ("port", "pose", "velocity", "tilt", "distance", "clearance", "contact", "log")
-"""Names of the functions whose values only a session has."""
+"""Names of the functions that need a session and are not available for bags."""
 READINGS = (*WORLD, "time", "message", "age", "rate")
 """Names of all functions of conditions."""
 
 
 class Source(Protocol):
-    """What expectations judge: a session or a bag."""
+    """The source of the values of readings: a session or a bag."""
 
     @property
     def time(self) -> float:
@@ -46,13 +46,13 @@ class Source(Protocol):
 
     @property
     def tick(self) -> int:
-        """Number of the present tick, or of the present messages of a bag."""
+        """Number of the current tick, or of the current group of messages of a bag."""
 
     def subscribe(self, topic: str, *, keep: int) -> Any:
-        """Return the messages of a topic from now on: the newest one, `latest`, and the number that has `received`."""
+        """Subscribe to a topic; in the result, `latest` is the newest message and `received` the number of messages."""
 
     def mark(self, text: str) -> None:
-        """Put a mark into the recording of the session."""
+        """Add a mark to the recording of the session."""
 
 
 def readings_of(session: Session) -> Readings:
@@ -63,31 +63,32 @@ def readings_of(session: Session) -> Readings:
     | `time` | simulation time, s |
     | `port(address)` | value of a port, with an address as in `Session.value` |
     | `message(topic)` | newest message of a topic |
-    | `age(topic)` | largest time from the stamp of a message to its arrival, s; has a value in ticks with messages |
-    | `rate(topic, over=1.0)` | messages per second in the last `over` seconds; has a value at the end of each such interval |
+    | `age(topic)` | largest time from stamp to arrival of the messages of this tick, s; no value in ticks without messages |
+    | `rate(topic, over=1.0)` | messages per second in the last `over` seconds; has a value only at the end of such an interval |
     | `pose(body)` | record with `position`, m, and `orientation`, quaternion (x, y, z, w), in the world frame |
     | `velocity(body)` | record with `linear`, m/s, and `angular`, rad/s, in the world frame |
     | `tilt(body)` | angle between the z axis of the body and the vertical, rad |
     | `distance(one, other)` | distance of two bodies or points, m; horizontal if a point has two numbers |
-    | `clearance(body, other="*")` | distance of the nearest thing whose name matches, m, at most 2 m, as in `Body.clearance` |
+    | `clearance(body, other="*")` | distance to the nearest body whose name matches, m, at most 2 m, as in `Body.clearance` |
     | `log(level)` | number of messages that nodes have logged with this severity or a higher one: info, warning or error |
-    | `contact(body, other="*", but="")` | whether a robot or object touched something in this tick whose name matches the first
-      pattern and not the second one, in any physics step; a pattern that begins with `/` is one for `/World/NAME` |
+    | `contact(body, other="*", but="")` | whether a robot or object touched, in any physics step of this tick, a body whose name
+      matches `other` and not `but`; a pattern that begins with `/` is compared with `/World/NAME` |
 
-    A body is the name of a robot or object, or a prim path. A function raises UsageError if the session lacks what it names.
+    A body is the name of a robot or object, or a prim path. A function raises UsageError if an argument names something that the
+    session does not have.
     """
     runner = session._runner
     kept = _kept.setdefault(session, {})
 
     def once(make: Callable[..., Reading]) -> Callable[..., Reading]:
-        """Let all conditions of the session share a reading, which is read once in a tick."""
+        """Return a function whose readings all conditions of the session share; each is read once per tick."""
 
         def found(*arguments: Any, **named: Any) -> Reading:
             key = f"{make.__name__}{arguments}{sorted(named.items())}"
             if key not in kept:
                 reading = make(*arguments, **named)
                 read = lru_cache(maxsize=1)(lambda tick: reading.read())
-                kept[key] = replace(reading, read=lambda: read(runner.session.ticks))  # which a reset does not change
+                kept[key] = replace(reading, read=lambda: read(runner.session.ticks))  # a reset does not change `ticks`
             return kept[key]
 
         return found
@@ -135,7 +136,7 @@ def readings_of(session: Session) -> Readings:
     @once
     def contact(body: str, other: str = "*", but: str = "") -> Reading:
         found = session.body(body)
-        found.touched  # noqa: B018  (lets the steps of the next tick be observed)
+        found.touched  # noqa: B018  (starts the observation of physics steps)
         return Reading(lambda: any(_matches(name, other) and not _matches(name, but) for name in found.touched))
 
     return {
@@ -182,7 +183,7 @@ def _is_vector(value: Any) -> bool:
 
 
 def _newest(arrivals: Any) -> Callable[[], Any]:
-    """Return the function that reads the newest message, which is decoded once."""
+    """Return a function that reads the newest message, and decodes each message only once."""
     decoded = lru_cache(maxsize=1)(lambda received: arrivals.latest)
 
     def read() -> Any:
@@ -220,7 +221,7 @@ def _matches(name: str, pattern: str) -> bool:
 
 
 class _Arrivals(ReadingState):
-    """A number that the arrivals on a topic give once in a tick, however often it is read."""
+    """A number that is computed once per tick from the messages that arrive on a topic."""
 
     kept: ClassVar[tuple[str, ...]] = ("_tick", "_value")
 
@@ -233,7 +234,7 @@ class _Arrivals(ReadingState):
         self._value: float | None = None
 
     def reset(self) -> None:
-        """Begin anew at the present time."""
+        """Restart at the current time."""
         self._tick, self._value = -1, None
 
     def __call__(self) -> float:
@@ -246,7 +247,7 @@ class _Arrivals(ReadingState):
 
     @abstractmethod
     def _read(self, new: int) -> float | None:
-        """Return the value in this tick, in which `new` messages have arrived; None if there is none."""
+        """Return the value in this tick, in which `new` messages have arrived; None in ticks without a value."""
 
 
 class _Age(_Arrivals):
@@ -267,7 +268,7 @@ class _Age(_Arrivals):
 
 
 class _Rate(_Arrivals):
-    """The mean rate of messages in successive intervals of equal duration, Hz; an interval is closed at its end."""
+    """The mean rate of messages in successive intervals of equal duration, Hz; each interval includes its end."""
 
     kept = (*_Arrivals.kept, "_begin", "_count")
 
@@ -278,7 +279,7 @@ class _Rate(_Arrivals):
         self._over, self._begin, self._count = over, source.time, 0
 
     def reset(self) -> None:
-        """Begin anew at the present time."""
+        """Restart at the current time."""
         super().reset()
         self._begin, self._count = self._source.time, 0
 

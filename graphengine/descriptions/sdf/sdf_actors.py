@@ -47,9 +47,9 @@ def _route(actor: Element) -> Route | None:
     places = [compose(place, pose_of(each.first("pose")))[0] for each in waypoints]
     ground = places[0][2]  # the origin of an actor is at its feet or at its hips, which depends on its skin
     points = [(time, x, y, z - ground) for time, (x, y, z) in zip(times, places, strict=True)]
-    if points[0][0] > 0.0:  # until its first time, Gazebo leaves an actor at its pose
+    if points[0][0] > 0.0:  # Gazebo leaves an actor at its pose until its first time
         points.insert(0, (0.0, *points[0][1:]))
     loops = flag_at(script, "loop") is not False
-    if flag_at(script, "auto_start") is False:  # it waits for a command, which nobody gives
+    if flag_at(script, "auto_start") is False:  # the actor waits for a command that graphengine does not have
         points, loops = points[:1], False
     return Route(number_at(script, "delay_start", default=0.0), tuple(points), points[-1][0] if loops else 0.0)

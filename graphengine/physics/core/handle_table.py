@@ -26,7 +26,7 @@ class Handle(Stateful, Generic[S]):
     reader: ClassVar[SampleReader | None] = None
     """Reads the samples of a sensor; None for other handles."""
     output: Output | None = None
-    """What the readers of a sensor get while a fault acts on it; None without a fault."""
+    """Output of a sensor while a fault acts on it; None without a fault."""
 
     def __init__(self, simulation: S, prim: Prim) -> None:
         self._simulation = simulation
@@ -94,7 +94,7 @@ class HandleTable:
         self._changed()
 
     def advance(self, faults: Faults) -> None:
-        """Determine what the readers of all sensors get in this tick."""
+        """Determine the outputs of all sensors with faults in this tick."""
         for (_, key), handle in self._handles.items():
             if handle.reader is not None:
                 advance(handle, key, faults)

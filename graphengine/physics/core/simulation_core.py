@@ -77,7 +77,7 @@ class SimulationCore(SimulationModel):
         made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=seed, **choices)
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
         if made.movers:
-            made._refresh_movers()  # which walk elsewhere with another seed
+            made._refresh_movers()  # their random walks depend on the seed
         made.settled_after = self.settled_after
         made._remember_start()
         return made

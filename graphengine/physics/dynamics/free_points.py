@@ -1,6 +1,6 @@
 """Finds the free points of a region, and the straight ways between them, for movers that walk at random.
 
-Places and ways depend on the scene only: robots and movable bodies are no obstacles. So a walk depends only on scene and seed.
+Only bodies that are fixed to the world are obstacles, not robots or movable bodies. So a walk depends only on scene and seed.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from graphengine.physics.dynamics.overlaps import distances
 from graphengine.physics.model.surface_joints import SUFFIX
 
 POINTS = 40
-"""Number of points of a region that are tried."""
+"""Number of candidate points of a region."""
 NEIGHBOURS = 6
 """Number of nearest points to which a straight way is tried."""
 CLEARANCE = 0.1
 """Smallest distance of a walking mover from obstacles, m."""
 _STEP = 0.25
-"""Shortest straight way, and the distance of the places on it at which obstacles are searched, m."""
+"""Minimum length of a straight way, and distance between the places on it that are checked for obstacles, m."""
 _HEADINGS = [step * math.pi / 4.0 for step in range(8)]
-"""Headings in which a mover must fit in at a free point, where it turns, rad."""
+"""Headings in which a mover must be clear of obstacles at a free point, because it turns there, rad."""
 
 
 def motion_of(model: mujoco.MjModel, name: str, route: Route) -> MoverMotion:
@@ -62,7 +62,7 @@ def _place(values: Floats) -> Place:
 
 
 class _Checker:
-    """Checks places for bodies that are fixed to the world, in a state of its own."""
+    """Checks places for bodies that are fixed to the world, in a separate MuJoCo state."""
 
     def __init__(self, model: mujoco.MjModel, name: str) -> None:
         self._model, self._data, self._root = model, mujoco.MjData(model), int(model.body(name).id)

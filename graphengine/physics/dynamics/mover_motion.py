@@ -78,7 +78,7 @@ def random_walk(route: Route, name: str, ways: Mapping[Place, Sequence[Place]], 
 
     Args:
         route: route with the speed, the start and the height.
-        name: name of the mover, which has random numbers of its own.
+        name: name of the mover; each mover has its own random stream.
         ways: points (x, y, m), each with the points to which the straight way is free.
         seed: seed of the session.
     """
@@ -101,7 +101,7 @@ def _coordinates(position: Sequence[float], heading: float) -> Coordinates:
 
 
 def _headings(points: Sequence[Timed], *, closed: bool) -> list[float]:
-    """Return the heading between each two points; without horizontal motion, that of the next motion, or else of the last one."""
+    """Return the heading between each two points; without horizontal motion, that of the next horizontal motion, or the last."""
     steps = [(u - x, v - y) for (_, x, y, _), (_, u, v, _) in itertools.pairwise(points)]
     known = [math.atan2(y, x) for x, y in steps if x or y] or [0.0]
     headings = [known[0] if closed else known[-1]]

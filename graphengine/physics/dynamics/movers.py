@@ -1,8 +1,8 @@
-"""Movers: bodies that follow their routes whatever is in their way, and drag along what they touch.
+"""Movers: bodies that follow their routes regardless of obstacles, and push or carry the bodies that they touch.
 
 As for moving surfaces, the joints of a mover have so large an inertia that no contact changes their velocity. After each tick,
-position and velocity are set to those of the route at this time, so that a mover has no state of its own; steps within a tick
-integrate the velocity, which differs by rounding only.
+position and velocity are set to those of the route at this time, so a mover adds no state to checkpoints. Steps within a tick
+integrate the velocity; the result differs from the route only by rounding.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Movers:
         return self._motions.keys()
 
     def stuck(self) -> set[str]:
-        """Return the names of the movers that are to walk at random, but find no way in their region."""
+        """Return the names of the movers whose region has no straight ways between free points."""
         return {name for name, (_, motion) in self._motions.items() if motion.stuck}
 
     def __bool__(self) -> bool:

@@ -96,7 +96,7 @@ class MujocoEntities:
     def _refuse_mover(self, name: str, prim: Prim, what: str) -> None:
         if self._kind(prim) == "mover":
             remedy = "change its `path`, `speed` or `start` below `movers:` of the scene"
-            raise UsageError(f"{name} cannot be {what}: it is a mover, whose path says where it is\n  {remedy}")
+            raise UsageError(f"{name} cannot be {what}: it is a mover, and its path determines its pose\n  {remedy}")
 
     def _kind(self, prim: Prim) -> EntityKind:
         if prim.facts.get("joints") or prim.facts.get("mounts"):
@@ -168,7 +168,7 @@ class MujocoEntities:
         return dict(sorted(found.items(), key=lambda item: item[1]))
 
     def fixed_around(self, body: str) -> str:
-        """Return the name of something fixed to the world that a topmost body overlaps, except for floors; empty without one."""
+        """Return the name of a fixed body other than a floor that a topmost body overlaps; empty if there is none."""
         model, data = self._simulation.model, self._simulation.data
         found = distances(model, data, int(model.body(body).id), -LEAST)
         return next((self._owner(geom) for geom in found if not model.body_weldid[model.geom_bodyid[geom]]), "")
@@ -206,7 +206,7 @@ class MujocoEntities:
         return {name: Overlap(self._owner(geom), depth) for name, (depth, geom) in found.items()}
 
     def touched(self, name: str) -> list[str]:
-        """Return the names of all that an entity touched in this tick; see `devices.backend.Entities`."""
+        """Return the names of all bodies that an entity touched in this tick; see `devices.backend.Entities`."""
         if self._touching[0] is not self._simulation.model:
             self._touching = self._simulation.model, {}
         known = self._touching[1]

@@ -1,4 +1,4 @@
-"""What an entity touches in the physics steps of a tick."""
+"""Finds the geoms that touch an entity in the physics steps of a tick."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def topmost_bodies(model: mujoco.MjModel, prim: Prim) -> list[int]:
 
 
 class TouchedGeoms(Handle["SimulationCore"]):
-    """The geoms that touch an entity in at least one physics step of the present tick, floors included.
+    """The geoms that touch an entity in at least one physics step of the current tick, including floors.
 
     Attributes:
         geoms: ids of the geoms, in order of the first contact.

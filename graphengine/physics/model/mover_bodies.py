@@ -1,4 +1,4 @@
-"""Adds the bodies of movers to the world of a scene, and their routes, by which `movers` finds them."""
+"""Adds the bodies of movers, and their routes, which `movers` reads, to the world of a scene."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def add_movers(spec: mujoco.MjSpec, scene: Loaded[SceneSpec], library: Library, 
             spec.add_text(name=f"{PREFIX}{name}", data=routes[name].text())
     taken = [name for name in routes if spec.body(name) is not None]
     for name in taken:
-        findings.add("S105", f"an actor is named as the body {name!r} of the world", document.key_span("world"))
+        findings.add("S105", f"an actor has the name of the body {name!r} of the world", document.key_span("world"))
     if models and not taken:
         world = Element("world", {"name": "movers"}, document.key_span("movers"), models)
         _attach(spec, Element("sdf", {"version": "1.9"}, world.span, [world]), document.path, library)

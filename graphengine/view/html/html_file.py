@@ -1,4 +1,4 @@
-"""Writes the page: one HTML file with its script, style and data, which asks the network for nothing.
+"""Writes the page: one HTML file with its script, style and data, which makes no network requests.
 
 All names and texts of a recording are in the compressed data, except for the title. The content security policy allows only the
 page's own scripts and style, by their digests, and no text can become HTML (`require-trusted-types-for`).
@@ -31,7 +31,7 @@ class Plot:
 
     Attributes:
         name: name of the values.
-        times: times since the begin of the recording, s, in ascending order.
+        times: times since the beginning of the recording, s, in ascending order.
         values: one value per time; a value that is not finite leaves a gap.
         unit: unit of the values; empty without a unit.
         limits: smallest and largest legal value; None where there is no limit.

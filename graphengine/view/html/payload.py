@@ -36,7 +36,7 @@ class Payload:
         return {"array": _TYPES[flat.dtype.str[1:]], "at": at, "count": flat.size, "steps": steps}
 
     def text(self, values: Any) -> str:
-        """Return JSON values and all stored arrays as Base64 of a zlib stream, which contains no character of HTML."""
+        """Return JSON values and all stored arrays as a zlib stream in Base64, which contains no HTML syntax."""
         head = json.dumps(values, allow_nan=False).encode()
         return base64.b64encode(
             zlib.compress(b"".join([len(head).to_bytes(4, "little"), head, *self._parts]), 9)

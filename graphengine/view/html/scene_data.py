@@ -42,7 +42,7 @@ class SceneData:
         self.textures: list[Mapping[str, Any]] = []
 
     def stage(self, stage: SampledStage, trace: SceneTrace) -> Mapping[str, Any]:
-        """Return one part of the run: shapes, lidars, the poses of all bodies in the first sample, and of those that move."""
+        """Return one part of the run: shapes, lidars, first poses of all bodies, and poses of moving bodies in all samples."""
         poses = np.stack(stage.poses)
         moving = np.flatnonzero((poses != poses[0]).any(axis=(0, 2)))
         put = self._payload.put

@@ -1,4 +1,4 @@
-"""Samples what the page shows of a run: poses of bodies, scans of lidars and speeds of robots."""
+"""Samples a run for the page: poses of bodies, scans of lidars and speeds of robots."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ class SampledLidar:
 
 @dataclass(eq=False)
 class SampledStage:
-    """A part of a run in which the same bodies exist: a robot that is added or removed begins another one.
+    """A part of a run in which the same bodies exist; a new part begins when a robot is added or removed.
 
     Attributes:
         bodies: visible bodies.
-        robots: row of a body of each robot in the array of poses, by name.
+        robots: row of each robot's base link in the array of poses, by name of the robot.
         lidars: lidars with their scans.
         ticks: tick of each sample.
         poses: position (m) and quaternion (x, y, z, w) of each body in each sample, shape (bodies, 7).

@@ -1,4 +1,4 @@
-"""Bags that rosbags alone writes: 5 s of a robot that drives at 0.5 m/s, with a lidar at 9.5 Hz."""
+"""Writes bags with rosbags: 5 s of a robot that drives at 0.5 m/s, with a lidar at 9.5 Hz."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Expectations over bags: those that rosbags alone wrote, and recordings of runs."""
+"""Expectations over bags that rosbags wrote, and over recordings of runs."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_topic_that_falls_silent_has_a_rate_of_zero(tmp_path: Path) -> None:
     assert check.verdict.decided == pytest.approx(3.0)
 
 
-def test_a_bag_ends_early_where_the_caller_says_so(drive: Path) -> None:
+def test_a_bag_is_judged_up_to_the_given_time(drive: Path) -> None:
     with closing(Bag(drive)) as bag:
         check = bag.expect(ge.always(f"{X} < 2"))
         bag.play(3.5)
@@ -121,7 +121,7 @@ def test_a_bag_that_is_compressed_as_a_whole_is_refused(tmp_path: Path) -> None:
         ge.judge_bag(folder, ge.always("time < 9"))
 
 
-def test_simulation_time_is_that_of_the_clock(tmp_path: Path) -> None:
+def test_the_time_of_a_bag_with_a_clock_is_the_time_of_the_clock(tmp_path: Path) -> None:
     """The simulation runs at half the speed of the recorder's clock, and begins at 100 s."""
 
     def simulated(at: float, delay: int = 0) -> Any:
@@ -146,7 +146,7 @@ def test_simulation_time_is_that_of_the_clock(tmp_path: Path) -> None:
     assert 0.005 - 1e-9 <= fresh.verdict.robustness <= 0.01
 
 
-def test_a_reset_of_the_simulation_begins_the_judgement_anew(tmp_path: Path) -> None:
+def test_a_reset_of_the_simulation_restarts_the_judgement(tmp_path: Path) -> None:
     clocks = [
         (number / 10, "/clock", made("rosgraph_msgs/msg/Clock", clock=time_of((number % 25) * SECOND // 10)))
         for number in range(50)
@@ -158,7 +158,7 @@ def test_a_reset_of_the_simulation_begins_the_judgement_anew(tmp_path: Path) -> 
     assert first.outcome == "failed"
 
 
-def test_the_recording_of_a_run_is_judged_as_the_run_was(tmp_path: Path) -> None:
+def test_the_recording_of_a_run_has_the_verdicts_of_the_run(tmp_path: Path) -> None:
     odom, scan = "/dd100_0000/odom", "/dd100_0000/sim_lidar/scan"
     expectations = (
         ge.within(3.0, f"message('{odom}').pose.pose.position.x > 0.5"),
@@ -182,7 +182,7 @@ def test_the_recording_of_a_run_is_judged_as_the_run_was(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("condition", "told"),
+    ("condition", "message"),
     [
         *((f"{name}('dd100') < 1", f"{name}: a bag has only topics; use a message") for name in WORLD),
         ("message('/positoin').x < 1", "the bag has no topic '/positoin'\n  did you mean '/position'?"),
@@ -190,10 +190,10 @@ def test_the_recording_of_a_run_is_judged_as_the_run_was(tmp_path: Path) -> None
         ("rate('/range', 1e-9) < 1", "the bag has 5e+09 intervals of 1e-09 s, more than 1000000"),
     ],
 )
-def test_a_condition_that_a_bag_cannot_answer_is_refused_at_once(drive: Path, condition: str, told: str) -> None:
+def test_a_condition_that_a_bag_cannot_evaluate_is_refused_at_once(drive: Path, condition: str, message: str) -> None:
     with pytest.raises(UsageError) as refused:
         ge.judge_bag(drive, ge.always(condition))
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_the_readings_of_a_session_are_those_of_topics_and_of_the_world() -> None:
@@ -201,7 +201,7 @@ def test_the_readings_of_a_session_are_those_of_topics_and_of_the_world() -> Non
         assert {*readings_of(sim)} == {"time", "message", "age", "rate", *WORLD}
 
 
-def test_what_is_not_met_raises_with_a_report_of_each(drive: Path) -> None:
+def test_unmet_expectations_raise_an_error_that_reports_each(drive: Path) -> None:
     with pytest.raises(ExpectationError) as raised:
         ge.judge_bag(drive, ge.always(f"{X} < 2"), ge.always("message('/level').leve > 1"), ge.within(9, "time > 1"))
     text = str(raised.value)
@@ -231,7 +231,7 @@ def test_a_message_that_cannot_be_decoded_is_an_error_of_its_expectation(tmp_pat
 
 
 @pytest.mark.parametrize("storage", StoragePlugin)
-def test_a_damaged_bag_is_refused_or_judged_but_never_a_traceback(tmp_path: Path, storage: StoragePlugin) -> None:
+def test_a_damaged_bag_is_refused_or_judged_without_a_traceback(tmp_path: Path, storage: StoragePlugin) -> None:
     (file,) = (path for path in write_bag(tmp_path / "bag", driving(), storage).iterdir() if path.suffix != ".yaml")
     whole = file.read_bytes()
     outcomes: set[str] = set()
@@ -266,7 +266,7 @@ def test_a_damaged_bag_is_refused_or_judged_but_never_a_traceback(tmp_path: Path
         "DROP TABLE topics",
     ],
 )
-def test_a_database_with_other_values_is_refused_or_an_error(tmp_path: Path, change: str) -> None:
+def test_a_database_with_illegal_values_is_refused_or_judged_as_an_error(tmp_path: Path, change: str) -> None:
     folder = write_bag(tmp_path / "bag", driving(), StoragePlugin.SQLITE3)
     (file,) = folder.glob("*.db3")
     with closing(sqlite3.connect(file)) as database:
@@ -278,7 +278,7 @@ def test_a_database_with_other_values_is_refused_or_an_error(tmp_path: Path, cha
 
 
 @pytest.mark.parametrize("kind", ["lz4", "zstd"])
-def test_no_more_is_unpacked_than_a_chunk_declares(kind: str) -> None:
+def test_decompression_stops_at_the_declared_size_of_a_chunk(kind: str) -> None:
     packed = {"lz4": lz4.frame.compress, "zstd": storage_mcap.zstd.compress}[kind](bytes(10_000_000))  # type: ignore[attr-defined]
     assert len(storage_mcap.DECOMPRESSORS[kind](packed, 100)) == 101
     assert len(storage_mcap.DECOMPRESSORS[kind](packed, 10_000_000)) == 10_000_000
@@ -286,25 +286,25 @@ def test_no_more_is_unpacked_than_a_chunk_declares(kind: str) -> None:
         storage_mcap.DECOMPRESSORS[kind](packed, records.MAX_CHUNK_BYTES + 1)
 
 
-def test_chunks_that_are_in_memory_together_have_a_limit(drive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_total_size_of_overlapping_chunks_is_limited(drive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bag_file, "MAX_CHUNK_BYTES", 1000)
     with pytest.raises(RecordingError, match="overlap in time"):
         ge.judge_bag(drive)
 
 
-def test_a_compressed_message_has_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_size_of_a_compressed_message_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bag = write_bag(tmp_path / "bag", driving(), compression=CompressionMode.MESSAGE)
     monkeypatch.setattr(bag_file, "MAX_MESSAGE_BYTES", 10)
     assert "10 bytes cannot be decoded" in judged(bag, ge.always(f"{X} < 9")).report()
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
+def test_files_that_are_not_bags_are_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.mcap").write_text("no bag")
     (tmp_path / "empty").mkdir()
-    for name, told in (
+    for name, message in (
         ("notes.mcap", "cannot be read as a bag"),
         ("empty", "expected an .mcap"),
         ("none", "no such file"),
     ):
-        with pytest.raises(RecordingError, match=told):
+        with pytest.raises(RecordingError, match=message):
             ge.judge_bag(tmp_path / name)

@@ -1,4 +1,4 @@
-"""Conditions: what they accept, the value and margin of each, and what they refuse."""
+"""Conditions: values, margins and errors."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_a_condition_without_a_value_yet_has_no_sample() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("x <", "not an expression: invalid syntax\n  x <\n     ^"),
         ("((9 ** 16) ** 16) ** 16 > 0", "a number of more than 10000 bits"),
@@ -113,10 +113,10 @@ def test_a_condition_without_a_value_yet_has_no_sample() -> None:
         ("x[0] > 1", "not subscriptable"),
     ],
 )
-def test_an_illegal_condition_is_refused_with_the_reason(text: str, told: str) -> None:
+def test_an_illegal_condition_is_refused_with_the_reason(text: str, message: str) -> None:
     with pytest.raises(UsageError) as refused:
         sample(text)
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 NUMBERS = st.floats(-10, 10) | st.integers(-10, 10)
@@ -139,7 +139,7 @@ CONDITIONS = st.recursive(
 
 
 @given(CONDITIONS)
-def test_a_condition_is_true_when_python_says_so_and_its_margin_has_the_same_sign(text: str) -> None:
+def test_the_value_of_a_condition_agrees_with_python_and_with_the_sign_of_its_margin(text: str) -> None:
     found = sample(text)
     assert found is not None
     assert found.holds is bool(eval(text, {"x": 3.0}))

@@ -32,7 +32,7 @@ def sim() -> Iterator[ge.Session]:
         yield session
 
 
-def test_a_drive_to_a_point_meets_what_it_should_and_ends_when_all_is_decided(sim: ge.Session) -> None:
+def test_a_drive_to_a_point_meets_its_expectations_and_ends_when_all_are_decided(sim: ge.Session) -> None:
     start = sim.robots["dd100"].pose.position
     stays = sim.expect(always("tilt('dd100') < 0.1"))
     arrives = sim.expect(within(6.0, f"distance('dd100', [{start[0] + 1.0}, {start[1]}]) < 0.05"))
@@ -105,7 +105,7 @@ def test_each_operator_judges_a_run_of_one_second(
             assert check.verdict.robustness == pytest.approx(robustness, abs=0.02)
 
 
-def test_a_reset_begins_the_judgement_anew_and_a_checkpoint_brings_it_back(sim: ge.Session) -> None:
+def test_a_reset_restarts_the_judgement_and_a_checkpoint_restores_it(sim: ge.Session) -> None:
     early = sim.expect(always("time < 0.5"))
     sim.run(0.25)
     mark = sim.checkpoint()
@@ -134,7 +134,7 @@ def test_conditions_share_a_reading_within_a_tick_only(sim: ge.Session) -> None:
     assert [check.outcome for check in again] == ["failed", "passed"]
 
 
-def test_a_condition_that_cannot_be_evaluated_is_an_error_of_its_own(sim: ge.Session) -> None:
+def test_a_condition_that_cannot_be_evaluated_is_an_error_of_its_expectation(sim: ge.Session) -> None:
     broken = sim.expect(always("1 / (time - time) > 0"))
     silent = sim.expect(always("message('/dd100_0000/cmd_vel').linear.x < 1"))
     sim.run(1.0)
@@ -155,7 +155,7 @@ def test_a_condition_that_cannot_be_evaluated_is_an_error_of_its_own(sim: ge.Ses
         (always("pose() < 1"), "missing 1 required positional argument: 'body'"),
     ],
 )
-def test_a_condition_that_names_what_is_not_there_is_refused_at_once(
+def test_a_condition_with_an_unknown_name_is_refused_at_once(
     sim: ge.Session, expectation: Expectation, told: str
 ) -> None:
     with pytest.raises(UsageError) as refused:
@@ -205,7 +205,7 @@ def test_rates_survive_a_reset_and_a_checkpoint(sim: ge.Session) -> None:
     assert rates.outcome == "open", rates.report()
 
 
-def test_a_reset_after_one_tick_is_noticed(sim: ge.Session) -> None:
+def test_a_reset_after_one_tick_is_detected(sim: ge.Session) -> None:
     early = sim.expect(never("time > 0"))
     sim.step()
     assert early.outcome == "failed"

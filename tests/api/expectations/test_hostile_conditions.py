@@ -1,4 +1,4 @@
-"""Conditions of strangers: they run no code, read nothing but readings, and end soon."""
+"""Hostile conditions: they execute no code, read only readings, and end soon."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def sample(text: str) -> Sample | None:
 
 @pytest.mark.timeout(30)
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         # code
         ("().__class__.__bases__[0].__subclasses__()", "not allowed"),
@@ -75,10 +75,10 @@ def sample(text: str) -> Sample | None:
         ("x\0 < 5", ""),
     ],
 )
-def test_it_is_refused(text: str, told: str) -> None:
+def test_a_hostile_condition_is_refused(text: str, message: str) -> None:
     with pytest.raises(UsageError) as refused:
         sample(text)
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Metrics: numbers of a run, compared with formulae of a ball that falls and with a naive reading of each definition."""
+"""Metrics, compared with the formulae of a falling ball and with a naive implementation of each definition."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_times_count_from_the_beginning_of_the_measurement(sim: ge.Session) -> N
     assert late.value == pytest.approx(0.15)
 
 
-def test_a_reset_begins_anew_and_a_checkpoint_keeps_a_metric(sim: ge.Session) -> None:
+def test_a_reset_restarts_a_metric_and_a_checkpoint_restores_it(sim: ge.Session) -> None:
     mean = sim.measure(ge.metric(mean="time"))
     sim.step(3)
     mark = sim.checkpoint()
@@ -62,7 +62,7 @@ def test_a_reset_begins_anew_and_a_checkpoint_keeps_a_metric(sim: ge.Session) ->
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=30))
-def test_each_operator_is_what_its_name_says(samples: list[float]) -> None:
+def test_each_operator_agrees_with_its_definition(samples: list[float]) -> None:
     values = {}
     for name, fold in FOLDS.items():
         value = samples[0]
@@ -74,7 +74,7 @@ def test_each_operator_is_what_its_name_says(samples: list[float]) -> None:
     assert values == pytest.approx(naive | {"mean": mean}, abs=1e-6)
 
 
-def test_a_metric_that_cannot_be_is_refused(sim: ge.Session) -> None:
+def test_an_invalid_metric_is_refused(sim: ge.Session) -> None:
     with pytest.raises(UsageError, match=r"expected one operator, got none\n  operators: .*time_to"):
         ge.metric()
     with pytest.raises(UsageError, match="got min, max"):

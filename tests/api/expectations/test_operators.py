@@ -1,4 +1,4 @@
-"""Each operator against its definition, written down for a whole list of samples."""
+"""Each operator, compared with its definition over a whole list of samples."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_holds_finds_the_longest_uninterrupted_time(numbers: list[int], length: 
 
 
 @given(margins, st.integers(0, 4), st.one_of(st.integers(0, 4), st.just(math.inf)))
-def test_count_counts_the_beginnings(numbers: list[int], low: int, high: float) -> None:
+def test_count_counts_how_often_the_condition_becomes_true(numbers: list[int], low: int, high: float) -> None:
     samples = samples_of(numbers, strict=True)
     number = sum(holds for holds, _ in itertools.groupby(s.holds for s in samples))
     check(judged(Count(low, high), samples), low <= number <= high, min(number - low, high - number))
@@ -94,7 +94,7 @@ def test_a_verdict_is_decided_at_the_first_sample_that_decides_it_and_its_robust
 
 
 @pytest.mark.parametrize("operator", [Within(1.0), Until(), Holds(1.0)])
-def test_a_run_that_ends_early_does_not_meet_what_it_has_not_shown(operator: Operator) -> None:
+def test_a_run_that_ends_early_does_not_meet_an_undecided_expectation(operator: Operator) -> None:
     conditions = 2 if isinstance(operator, Until) else 1
     operator.add(0.0, *[Sample(False, -1.0), Sample(False, -1.0)][:conditions])
     assert operator.verdict.outcome in ("open", "failed")

@@ -40,7 +40,7 @@ def test_an_actor_is_at_its_waypoints_at_their_times(
     assert [entity.kind for entity in simulation.entities.all()] == ["mover"]
 
 
-def test_what_is_not_used_of_an_actor_is_told(tmp_path: Path) -> None:
+def test_unused_parts_of_an_actor_are_reported(tmp_path: Path) -> None:
     skin = "<skin><filename>walk.dae</filename></skin>"
     _, findings = world(tmp_path, actor(skin), '<actor name="idle"><pose>5 5 1 0 0 0</pose></actor>')
     assert [(finding.code, finding.message) for finding in findings.items] == [

@@ -1,4 +1,4 @@
-"""Movers: where they are, what they drag along, what sees them and what is refused. Numbers are from kinematics."""
+"""Movers: their poses, the bodies that they carry, the sensors that see them, and errors. Numbers are from kinematics."""
 
 from __future__ import annotations
 
@@ -67,13 +67,11 @@ NORTH = math.pi / 2
         (18.0, "there_and_back", (1.0, 1.5, 0.0, NORTH)),
     ],
 )
-def test_a_mover_is_where_its_path_says(
-    project: Project, seconds: float, loop: str, expected: tuple[float, ...]
-) -> None:
+def test_a_mover_follows_its_path(project: Project, seconds: float, loop: str, expected: tuple[float, ...]) -> None:
     simulation = loaded(project, f"{ONCE}, loop: {loop}}}").simulation
     ticks(simulation, round(seconds * 60))
     x, y, z, yaw = place(simulation)
-    late = simulation.time - seconds  # of a time between two ticks
+    late = simulation.time - seconds  # `seconds` may lie between two ticks
     assert (x, y, z) == pytest.approx(expected[:3], abs=1e-9 + 1.5 * abs(late))
     assert math.remainder(yaw - expected[3], math.tau) == pytest.approx(0.0, abs=1e-9)
 
@@ -98,7 +96,7 @@ def test_a_moving_platform_carries_a_box_at_its_speed(project: Project, speed: f
     assert simulation.entities.state("load").linear_velocity == pytest.approx((speed, 0.0, 0.0), abs=1e-3 * speed)
 
 
-def test_a_lift_raises_what_stands_on_it(project: Project) -> None:
+def test_a_lift_raises_a_box_that_stands_on_it(project: Project) -> None:
     lift = "lift: {shape: box, size: [2, 2, 0.5], path: [[0, 0, 0], [0, 0, 1]], speed: 0.5}"
     simulation = loaded(project, lift, FREE.format("load", "0 0 0.55", ".1 .1 .05")).simulation
     ticks(simulation, 60)
@@ -107,7 +105,7 @@ def test_a_lift_raises_what_stands_on_it(project: Project) -> None:
     assert place(simulation, "load")[2] == pytest.approx(1.55, abs=1e-3)
 
 
-def test_what_stands_before_a_mover_or_leans_against_it_moves_along(project: Project) -> None:
+def test_a_mover_pushes_bodies_that_stand_in_its_way_or_lean_against_it(project: Project) -> None:
     cart = "cart: {shape: box, size: [1, 1, 1], path: [[0, 0], [9, 0]], speed: 0.5}"
     pole = '<body name="pole" pos=".85 0 .85" euler="0 -20 0"><freejoint/><geom type="box" size=".05 .3 .9" mass="3"/></body>'
     simulation = loaded(project, cart, pole, FREE.format("crate", "2 0 0.2", ".2 .2 .2")).simulation
@@ -141,7 +139,7 @@ two: {shape: person, region: [[-4, -4], [4, 4]], speed: 1.1}
 three: {shape: forklift, path: [[-5, 0], [-5, 4], {at: [-6, 4], pause: 500ms}], speed: 1.7, loop: true}"""
 
 
-def test_places_depend_only_on_time_and_seed(project: Project) -> None:
+def test_the_poses_of_movers_depend_only_on_time_and_seed(project: Project) -> None:
     world = loaded(project, CROWD, RACK, BALL)
     simulation, start = world.simulation, world.simulation.data.qpos.copy()
     ticks(simulation, 200)
@@ -158,7 +156,7 @@ def test_places_depend_only_on_time_and_seed(project: Project) -> None:
     assert simulation.data.qpos.tobytes() == then.tobytes()
 
 
-def test_walks_differ_with_the_seed_and_copies_know_it(project: Project) -> None:
+def test_random_walks_depend_on_the_seed_in_copies_too(project: Project) -> None:
     simulation = loaded(project, CROWD, RACK, BALL).simulation
     same, other = simulation.copy(0), simulation.copy(1)
     for one in (simulation, same, other):
@@ -167,7 +165,7 @@ def test_walks_differ_with_the_seed_and_copies_know_it(project: Project) -> None
     assert place(other, "one") == place(simulation, "one")
 
 
-def test_a_random_walk_stays_in_its_region_and_clear_of_what_is_fixed(project: Project) -> None:
+def test_a_random_walk_stays_in_its_region_and_clear_of_fixed_bodies(project: Project) -> None:
     simulation = loaded(project, "two: {shape: person, region: [[-3, -4], [3, 4]], speed: 2}", RACK).simulation
     walk: list[tuple[float, float]] = []
     ticks(simulation, 3600, lambda: walk.append(place(simulation, "two")[:2]))
@@ -204,9 +202,9 @@ def test_a_mover_is_an_entity_that_cannot_be_moved_or_pushed(project: Project) -
     simulation = loaded(project, CROWD, BALL).simulation
     kinds = {entity.name: entity.kind for entity in simulation.entities.all()}
     assert kinds == {"ball": "object", **dict.fromkeys(("one", "two", "three"), "mover")}
-    with pytest.raises(UsageError, match="one cannot be moved: it is a mover, whose path says where it is"):
+    with pytest.raises(UsageError, match="one cannot be moved: it is a mover, and its path determines its pose"):
         simulation.entities.place("one", Move(position=(0.0, 0.0, 0.0)))
-    with pytest.raises(UsageError, match="one cannot be pushed: it is a mover, whose path says where it is"):
+    with pytest.raises(UsageError, match="one cannot be pushed: it is a mover, and its path determines its pose"):
         simulation.entities.push("one", (1.0, 0.0, 0.0), 1.0)
     prim: Prim = simulation.stage.find("/World/one")
     assert simulation.placement(prim) is None
@@ -287,13 +285,13 @@ def test_a_robot_may_have_the_name_of_a_mover(project: Project) -> None:
     assert simulation.entities.state("World/one").position == (2.0, 0.0, 0.0)
 
 
-def test_texts_of_a_world_in_mjcf_are_no_routes(project: Project) -> None:
+def test_texts_of_a_world_in_mjcf_are_not_routes(project: Project) -> None:
     text = '<custom><text name=":mover:rack" data="of somebody else"/></custom>'
     project.world(RACK, before=text)
     assert not project.load().simulation.movers
 
 
-def test_a_lap_of_no_length_is_no_motion(project: Project) -> None:
+def test_a_lap_without_length_is_not_a_motion(project: Project) -> None:
     mover = "worker: {shape: person, path: [[1, 0], [1.000001, 0]], speed: 100, loop: true}"
     simulation = loaded(project, mover).simulation
     ticks(simulation, 60)

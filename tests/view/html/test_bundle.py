@@ -1,4 +1,4 @@
-"""The scripts of the HTML file: made from the sources as they are, small, and free of what would end their element."""
+"""The scripts of the HTML file: up to date with their sources, small, and without text that ends their element."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_the_scripts_cannot_end_their_element_and_name_no_address_to_load() -> N
     assert re.findall(r"</script|<!--|\beval\(|new Function\(|import\(", scripts) == []
 
 
-def test_the_own_scripts_stay_small() -> None:
+def test_the_scripts_of_the_page_stay_small() -> None:
     own = [line for path in SOURCES if path.suffix == ".js" for line in path.read_text(encoding="utf-8").splitlines()]
     assert len(own) <= 500
     assert (FOLDER / "bundle.js").stat().st_size < 700_000

@@ -29,7 +29,7 @@ WALL = 2.9  # m; the front of the world's wall
 
 
 class Opened(NamedTuple):
-    """The page in Chromium, with the addresses that it asked for and the errors that it printed."""
+    """The page in Chromium, with the addresses that it requested and the errors that it printed."""
 
     page: Any
     requests: list[str]
@@ -100,7 +100,7 @@ def opened(driver: Any, driven: tuple[Path, Any]) -> Iterator[Opened]:
     shown.page.context.browser.close()
 
 
-def test_it_asks_for_nothing_and_prints_no_error(opened: Opened, driven: tuple[Path, Any]) -> None:
+def test_the_page_makes_no_requests_and_prints_no_error(opened: Opened, driven: tuple[Path, Any]) -> None:
     opened.seek(1.0)
     opened.page.wait_for_timeout(500)
     assert (opened.requests, opened.errors) == ([driven[0].as_uri()], [])
@@ -157,7 +157,7 @@ def test_keys_and_buttons_play_and_move(opened: Opened) -> None:
     assert opened.time == pytest.approx(2.0)
 
 
-def test_marks_the_log_and_plots_jump(opened: Opened) -> None:
+def test_marks_log_entries_and_plots_select_a_time(opened: Opened) -> None:
     opened.page.locator("#marks button").click()
     assert opened.time == pytest.approx(1.0)
     opened.page.locator("#log button").first.click()
@@ -170,7 +170,7 @@ def test_marks_the_log_and_plots_jump(opened: Opened) -> None:
     assert (limited.inner_text(), limited.get_attribute("class")) == ("0.600", "beyond")
 
 
-def test_what_strangers_wrote_is_text(opened: Opened) -> None:
+def test_hostile_names_and_messages_stay_text(opened: Opened) -> None:
     assert opened.page.locator("h1").inner_text() == HOSTILE
     assert opened.page.title() == HOSTILE
     assert opened.page.locator("#log .text").first.inner_text() == HOSTILE
@@ -180,7 +180,7 @@ def test_what_strangers_wrote_is_text(opened: Opened) -> None:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [1280, 800])
-def test_people_can_use_it(opened: Opened, width: int, scheme: str) -> None:
+def test_the_page_is_accessible(opened: Opened, width: int, scheme: str) -> None:
     opened.page.set_viewport_size({"width": width, "height": 800})
     opened.page.emulate_media(color_scheme=scheme)
     found = axe.Axe().run(opened.page)

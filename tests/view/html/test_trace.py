@@ -1,4 +1,4 @@
-"""What is sampled of a run for its HTML file."""
+"""The samples of a run for its HTML file."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_poses_are_sampled_thirty_times_a_second_and_scans_five_times(tmp_path: 
     assert len(ticks) == 5
 
 
-def test_a_robot_that_comes_begins_another_part(tmp_path: Path) -> None:
+def test_an_added_robot_begins_another_part(tmp_path: Path) -> None:
     path, use = tmp_path / "out.mcap", RobotUse(use="robots/dd100.yaml", position=(0.0, 5.0, 0.025), namespace="late")
 
     def before(tick: int, run: Run) -> None:
