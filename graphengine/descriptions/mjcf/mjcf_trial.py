@@ -31,7 +31,7 @@ MAX_PLAIN_MEMORY = 60_000_000
 """Maximum estimated memory of a model that is not first tested in another process, bytes: e.g. 4000 elements."""
 _PLAIN = re.compile(
     "mujoco|compiler|option|flag|statistic|visual|global|quality|headlight|map|scale|rgba|default|asset|texture|material|"
-    "layer|worldbody|body|frame|inertial|freejoint|joint|geom|site|light|camera|custom|numeric|text"
+    "layer|worldbody|body|frame|inertial|freejoint|joint|geom|site|light|camera|custom|numeric"
 )
 """Matches tags of elements without files, code, copies, meshes, soft bodies, tendons or actuators."""
 _PLAIN_TEXT = re.compile("[^%]{0,1000}")

@@ -106,7 +106,7 @@ def _attach(spec: mujoco.MjSpec, sdf: Element, path: Path, library: Library) -> 
     if made is None or not library.weigh(made):
         return
     library.memory += before
-    if not (is_plain(made, library.memory) or is_safe(made, library, "world")):
+    if not (is_plain(made, 0.0) or is_safe(made, library, "world")):
         return
     movers, _ = parse(made, library)
     if movers is not None:
