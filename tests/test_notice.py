@@ -80,7 +80,7 @@ def test_each_licence_of_an_entry_is_in_the_licence_of_the_package() -> None:
     assert {path.name for path in (ROOT / "licenses").iterdir()} == {Path(name).name for name in named - {"LICENSE"}}
 
 
-def test_the_citation_names_the_version_and_the_day_of_its_changelog() -> None:
+def test_the_citation_has_the_version_and_the_date_of_the_newest_changelog_entry() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert str(citation["version"]) == __version__

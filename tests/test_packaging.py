@@ -89,7 +89,9 @@ def test_wheels_of_ros_are_pinned_and_required_by_their_extra_where_they_exist(
         ("3.14", "darwin", "arm64", False),
     ],
 )
-def test_cyclonedds_is_required_where_it_has_a_wheel(python: str, system: str, machine: str, has_dds: bool) -> None:
+def test_cyclonedds_is_a_dependency_where_it_has_a_binary_wheel(
+    python: str, system: str, machine: str, has_dds: bool
+) -> None:
     found = required(python_version=python, sys_platform=system, platform_machine=machine)
     assert ("cyclonedds" in found) == has_dds
     assert {"mujoco-core", "rosbags"} <= found

@@ -160,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _discard_unwritten() -> None:
-    """Discard output that cannot be written; some versions of Python would try again at their end, and exit with 120."""
+    """Discard output that cannot be written, or some versions of Python write it again when they exit, and exit with code 120."""
     for stream in (sys.stdout, sys.stderr):
         try:
             if stream is not None:

@@ -53,7 +53,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
 
 
 def example(imported: Imported) -> str:
-    """Return a line for the user with an example of the key `robots` in a scene, which puts the robot on the floor."""
+    """Return a line to print: an entry of `robots` in a scene file that places the imported robot on the floor."""
     height = imported.lift or imported.rise
     place = f", position: [0, 0, {height:g}]" if height else ""
     return f"in a scene: robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"

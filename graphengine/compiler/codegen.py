@@ -258,9 +258,9 @@ def _compute(plan: Plan, call: Call, fired: dict[str, str]) -> list[str]:
     """Return lines that call `compute` of a node and fire the execution outputs that it returns.
 
     Args:
-        plan: plan of the call.
-        call: call to write.
-        fired: Python expression for the number of firings of each execution input, by field; empty: not fired.
+        plan: plan that contains the call.
+        call: call for which to generate code.
+        fired: for the field of each execution input, a Python expression for its number of firings; an empty text if none.
     """
     node = call.node
     before = [*_copies(call.copies), *_tell_pins(call, fired)]

@@ -45,7 +45,7 @@ def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
-    """Return the triangles of a height field that rays hit in MuJoCo (`mj_rayHfield`), shape (number of triangles, 3, 3), m.
+    """Return a height field as the triangles of MuJoCo's ray casting (`mj_rayHfield`), shape (number of triangles, 3, 3), m.
 
     They form the terrain, the walls from height zero up to the terrain's four edges, and the box below height zero.
     """

@@ -61,7 +61,7 @@ class Link:
 
     @property
     def colliders(self) -> list[Shape]:
-        """The shapes with which the link collides."""
+        """The collision shapes of the link."""
         return [shape for shape in self.shapes if not shape.visual]
 
     @property

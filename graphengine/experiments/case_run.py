@@ -240,7 +240,7 @@ class _Play:
         return not self.checks and not self.unfinished and not self._stage.ending and session.tick > 0
 
     def end(self) -> None:
-        """Decide what is open, unless a failure has ended the run early."""
+        """Decide all open expectations, unless a failure has ended the run early."""
         self._stage.programs.check()
         self._stage.session.end_expectations()
 

@@ -60,7 +60,7 @@ class RayPool:
         self._make = ray.remote(max_retries=RETRIES, num_cpus=1)(make_here)
 
     def rows(self, runs: Iterable[Run]) -> Iterator[Row]:
-        """Make runs; yield their rows in the order in which they end."""
+        """Execute runs; yield the row of each run when the run ends."""
         bundles: dict[int, Any] = {}
         given = self._ray.put((self._settings, self._limits))
         waiting, going = iter(runs), dict[Any, Run]()

@@ -186,7 +186,7 @@ class ProcessPool:
         self.workers = [Worker(settings, limits) for _ in range(number)]
 
     def rows(self, runs: Iterable[Run]) -> Iterator[Row]:
-        """Make runs; yield their rows in the order in which they end."""
+        """Execute runs; yield the row of each run when the run ends."""
         waiting, idle, busy = iter(runs), list(self.workers), list[Worker]()
         while True:
             while idle and (run := next(waiting, None)) is not None:

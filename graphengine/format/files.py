@@ -105,7 +105,7 @@ class Files:
         base: Path | None = None,
         text: GivenText | None = None,
     ) -> Files:
-        """Return an object for a scene or graph file that the user gives; it allows reading in the file's folder and below.
+        """Return the files that may be read for a scene or graph file that the user gives: those in its folder and below.
 
         Args:
             given: path of the file.

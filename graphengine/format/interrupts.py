@@ -38,7 +38,7 @@ def begin() -> None:
 
 
 def work() -> None:
-    """Raise KeyboardInterrupt at Ctrl-C from now on, but never inside an import; call it after `begin`."""
+    """Let Ctrl-C raise KeyboardInterrupt from now on, but never inside an import. Call this function after `begin`."""
     if signal.getsignal(signal.SIGINT) is _exit:
         signal.signal(signal.SIGINT, interrupt)
     import threading  # not at the top: until `begin`, Ctrl-C prints a traceback

@@ -33,9 +33,9 @@ class _NoTemplateError(Exception):
 
 
 class Template:
-    """The bytes of a message, with the place of each number in them.
+    """An encoded message, with the byte offset of each number.
 
-    Another message with the same strings and lengths is encoded by writing its numbers into these places.
+    Another message with the same strings and array lengths is encoded by writing its numbers at these offsets.
 
     Args:
         message: message from which the template is made.

@@ -111,7 +111,7 @@ class RecordingPlayer:
                 break
 
     def show(self, tick: int, seconds: float = math.inf) -> None:
-        """Bring the session to the state after a replayed tick, or to an earlier one if `seconds` have passed.
+        """Seek to the state after a replayed tick, or to that of an earlier tick if the wall time `seconds` is over before.
 
         Args:
             tick: number of the tick; 0 is the start.

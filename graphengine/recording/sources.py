@@ -118,10 +118,10 @@ class Workspace:
         )
 
     def path(self, name: str) -> Path:
-        """Return the path of a file with a given name; the file need not exist.
+        """Return the path of a recorded file in the workspace, by its name; the file need not exist.
 
         Raises:
-            RecordingError: recorders do not use such a name.
+            RecordingError: the name is not one that recorders write.
         """
         parts = PurePosixPath(name).parts
         known = 1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts

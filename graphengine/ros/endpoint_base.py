@@ -1,4 +1,4 @@
-"""The base class of the endpoints of a session, and the part of the network that they use."""
+"""The base class of a session's endpoints, and the interface of the network that they use."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class Watch:
         self._due = 0.0
 
     def look(self) -> None:
-        """Report up to `REPORTED_A_TICK` faults that earlier searches found, and start a search if one is due."""
+        """Report up to `REPORTED_A_TICK` QoS faults of earlier searches, and start the next search if its time has come."""
         if self._look is not None and self._look.done():
             self._collect(self._look)
         if self._found:

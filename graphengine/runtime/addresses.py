@@ -136,7 +136,7 @@ def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVa
 
 
 def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
-    """Return the ports that match a pattern: an address, or the end of one; its parts may be globs.
+    """Return the ports that match a pattern: a port's address or the last parts of an address; each part may be a glob.
 
     A pattern that contains the full path of a node matches only ports of this node. The pattern `*` matches all ports.
 

@@ -71,7 +71,7 @@ class SceneReloader(Reloader):
         return self.scene, _copy(self._files), scenery.copy(self._files) if scenery is not None else None
 
     def restore(self, saved: tuple[LoadedScene, Files, Scenery | None]) -> None:
-        """Return to the version of the scene that `save` returned, and restart the session at time 0."""
+        """Restore the version of the scene that `save` returned, and restart the session at time 0."""
         scene, files, scenery = saved
         self._session.begin_with(*self._begin(scene, scenery))
         self._take(scene, files)

@@ -145,7 +145,7 @@ class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
     sync_value_out: UInt64 = Out(name="syncValue", doc="value of the input `syncValue` at the last execution")
 
     def compute(self) -> Fire:
-        """Count the execution, and fire if the count has reached the number of wires."""
+        """Count this execution, and fire if the count has reached the number of wires of the execution input."""
         other = self.sync_value_in != self.sync_value_out
         self.sync_value_out = self.sync_value_in
         return self.arrive(anew=other)
@@ -167,7 +167,7 @@ class RationalTimeSyncGate(Rendezvous, type="omni.graph.action.RationalTimeSyncG
     )
 
     def compute(self) -> Fire:
-        """Count the execution, and fire if the count has reached the number of wires.
+        """Count this execution, and fire if the count has reached the number of wires of the execution input.
 
         1/2 and 2/4 are the same time. If a denominator is 0, times with the same numerator are the same.
         """

@@ -60,7 +60,7 @@ class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
 
     @staticmethod
     def operation(matrix: Any) -> Any:
-        """Return the scales (..., 3) of matrices, which are given as numbers (..., 9) or (..., 16)."""
+        """Return the scales, shape (..., 3), of flattened 3x3 matrices (..., 9) or 4x4 matrices (..., 16)."""
         return np.linalg.norm(square(matrix)[..., :3, :3], axis=-1)
 
 

@@ -1,4 +1,4 @@
-"""The comparison, for lints, of a node's wheel radius and wheel distance with the geometry of the node's robot."""
+"""Lints that compare a node's wheel radius and wheel distance with the geometry of its robot."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def test_more_messages_have_another_digest() -> None:
     assert digest(ticks=5)[0] != digest(ticks=6)[0]
 
 
-def test_the_digest_is_that_of_topics_and_bytes_in_order() -> None:
+def test_the_digest_covers_topics_and_bytes_of_messages_in_order() -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         output = sim.digest_output()
         sent: list[tuple[str, bytes]] = []

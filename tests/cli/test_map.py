@@ -284,7 +284,7 @@ def test_a_scene_with_mistakes_is_explained(graphrun: Graphrun, room: Path) -> N
     assert not (room / "room.png").exists()
 
 
-def test_mistakes_in_graphs_do_not_matter(graphrun: Graphrun, room: Path) -> None:
+def test_a_map_is_made_of_a_scene_whose_graphs_have_mistakes(graphrun: Graphrun, room: Path) -> None:
     (room / "broken.yaml").write_text("graph: broken\nnodes: {A: NoSuchType}\n", encoding="utf-8")
     graphs = "graphs: {broken: {use: broken.yaml}, lost: {use: lost.yaml}}\n"
     (room / "room.yaml").write_text(f"scene: room\nworld: world.xml\n{graphs}", encoding="utf-8")

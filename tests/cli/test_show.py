@@ -169,7 +169,7 @@ def test_a_graph_with_errors_is_drawn_with_them_on_it_and_they_are_told_too(grap
     assert "error G201</text>" in (project / "bad.svg").read_text(encoding="utf-8")
 
 
-def test_of_a_file_that_is_no_graph_nothing_is_drawn(graphrun: Graphrun, project: Path) -> None:
+def test_show_draws_nothing_for_a_file_that_is_not_a_graph(graphrun: Graphrun, project: Path) -> None:
     (project / "bad.yaml").write_text("graph: [\n", encoding="utf-8")
     assert graphrun("show", "bad.yaml", "--svg", "bad.svg").code == 1
     assert not (project / "bad.svg").exists()
@@ -194,7 +194,7 @@ def test_what_is_set_from_outside_is_on_the_drawing(graphrun: Graphrun, project:
     assert " 0.0625 m</tspan>" in (project / "out.svg").read_text(encoding="utf-8")
 
 
-def test_without_the_layout_library_it_is_told_how_to_get_it(
+def test_show_says_how_to_install_a_missing_layout_library(
     graphrun: Graphrun, project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "graphlay", None)

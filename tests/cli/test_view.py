@@ -31,7 +31,9 @@ def test_a_recording_is_served_until_a_signal_and_compared_as_replay_does(
     assert list(folder.iterdir()) == []
 
 
-def test_where_the_replay_differs_is_said_as_replay_does(graphrun: Graphrun, clock: Path) -> None:
+def test_view_reports_a_difference_of_the_replay_with_the_text_of_the_command_replay(
+    graphrun: Graphrun, clock: Path
+) -> None:
     path = clock.parent / "out.mcap"
     record(path, 30, clock)
     other = rewritten(path, manifest={"overrides": '{"Clock.topicName": "time"}'})
@@ -54,7 +56,9 @@ def test_a_file_that_is_no_recording_is_one_error(graphrun: Graphrun, tmp_path: 
     graphrun("view", str(path), code=2, out="", err=f"graphrun view: {path}: not an MCAP file\n")
 
 
-def test_modules_of_a_recording_are_imported_only_if_they_are_given(graphrun: Graphrun, clock: Path) -> None:
+def test_modules_that_a_recording_names_are_imported_only_if_an_option_names_them(
+    graphrun: Graphrun, clock: Path
+) -> None:
     path = clock.parent / "out.mcap"
     record(path, 3, clock, modules=["strange_nodes"])
     result = graphrun("view", str(path), code=2, out="")

@@ -33,7 +33,7 @@ def test_steps_scene_and_matrix_are_ignored(tmp_path: Path, bag: Path) -> None:
     assert {"scene", "set", "matrix", "pass", "do"} <= {*IGNORED}
 
 
-def test_a_stated_end_of_the_run_is_the_end_of_the_judgement(tmp_path: Path, bag: Path) -> None:
+def test_a_bag_is_judged_up_to_the_end_of_the_run_that_the_scenario_states(tmp_path: Path, bag: Path) -> None:
     whole = judge_on_bag(scenario_of(scenario_file(tmp_path, MISSED)), bag)
     assert whole.outcome == "failed"
     assert whole.checks[0].decided == pytest.approx(4.0)  # x = 0.5 t

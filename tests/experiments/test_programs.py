@@ -95,7 +95,7 @@ def end_during_a_program(folder: Path, *arguments: str, by: signal.Signals, trap
     return driver.returncode
 
 
-def test_a_program_ends_with_graphrun_test(tmp_path: Path) -> None:
+def test_programs_are_ended_when_graphrun_test_is_ended(tmp_path: Path) -> None:
     assert end_during_a_program(tmp_path, by=signal.SIGTERM) == 2
 
 

@@ -94,7 +94,7 @@ def test_a_killed_process_of_ray_and_a_killed_driver_leave_the_same_rows_in_the_
     assert without_wall(path) == without_wall(tmp_path / "processes.jsonl")
 
 
-def test_the_files_of_a_scene_come_to_the_nodes_and_errors_name_the_originals(
+def test_scene_files_are_sent_to_the_machines_of_ray_and_errors_name_the_original_paths(
     tmp_path: Path, cluster: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scenario = write_scenario(tmp_path, [0], [PASSES])

@@ -64,7 +64,7 @@ def test_a_resumed_matrix_makes_only_the_runs_that_are_missing(tmp_path: Path) -
     assert len(rows(path)) == 6
 
 
-def test_an_error_is_a_row_and_is_made_again_when_the_matrix_is_resumed(tmp_path: Path) -> None:
+def test_a_run_with_an_error_has_a_row_and_is_repeated_when_the_matrix_is_resumed(tmp_path: Path) -> None:
     write_scenario(tmp_path, [0], [PASSES])
     graph = tmp_path / "graph.yaml"
     text = graph.read_text()

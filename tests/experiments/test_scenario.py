@@ -101,7 +101,7 @@ def test_steps_go_on_after_all_is_met_and_a_run_of_steps_alone_waits_for_its_pub
     assert result_of(scenario_file(tmp_path, sends)).time == pytest.approx(0.5, abs=0.02)
 
 
-def test_a_scene_outside_of_the_folder_and_the_current_folder_is_not_read(
+def test_a_scene_must_be_in_the_folder_of_its_scenario_or_in_the_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "secret").write_text("machine h login u password s3cret\n")

@@ -101,7 +101,7 @@ IN_PYTHON: Mapping[str, Callable[[ge.Session], Checks]] = {
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name.partition(".")[0])
-def test_each_case_passes_and_python_judges_it_the_same(path: Path) -> None:
+def test_each_case_passes_with_the_same_verdicts_in_python(path: Path) -> None:
     scenario = scenario_of(path)
     for case in scenario.cases():
         result = run_case(scenario, case)

@@ -36,12 +36,12 @@ expect:
     passes(scenario_file(tmp_path, text))
 
 
-def test_conditions_are_waited_for(tmp_path: Path) -> None:
+def test_a_step_waits_for_a_condition(tmp_path: Path) -> None:
     time = passes(scenario_file(tmp_path, f"do:\n  - {DRIVING}\n  - wait: {X} > 0.5\n"))
     assert 1.0 < time < 2.0  # 0.25 s of acceleration, then 0.5 m/s
 
 
-def test_a_message_is_waited_for(tmp_path: Path) -> None:
+def test_a_step_waits_for_a_message(tmp_path: Path) -> None:
     assert passes(scenario_file(tmp_path, "do: [wait: {topic: /dd100_0000/odom}]\n")) < 0.1
 
 
@@ -50,7 +50,7 @@ def test_sequences_in_parallel_end_with_the_longest(tmp_path: Path) -> None:
     assert passes(scenario_file(tmp_path, text)) == pytest.approx(1.0, abs=1 / 60)
 
 
-def test_commands_of_ctl_are_steps(tmp_path: Path) -> None:
+def test_commands_of_ctl_can_be_steps(tmp_path: Path) -> None:
     text = f"""
 do:
   - move: {{entity: dd100, position: [3, 0]}}

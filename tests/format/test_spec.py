@@ -62,7 +62,7 @@ def test_files_of_every_kind_ship() -> None:
 
 
 @pytest.mark.parametrize("path", FILES, ids=shown)
-def test_the_schema_that_is_printed_accepts_what_ships(path: Path) -> None:
+def test_the_printed_schema_accepts_all_shipped_files(path: Path) -> None:
     kind, data = read(path)
     validator(kind).validate(data)
 
@@ -132,7 +132,7 @@ MODELS: dict[str, type[Spec]] = {GRAPH: GraphSpec, SCENE: SceneSpec, ROBOT: Robo
         (ROBOT, "sensors: {s: {type: lidar, parent: a, noise: 1.0}}", "2:39", "noise", "did you mean 'noise_std'?"),
     ],
 )
-def test_unknown_keys_at_every_level(head: str, text: str, place: str, key: str, help: str) -> None:
+def test_unknown_keys_are_reported_at_every_level(head: str, text: str, place: str, key: str, help: str) -> None:
     assert f"{place} unknown key {key!r}; {help}" in told(MODELS[head], head + text)
 
 
@@ -176,7 +176,7 @@ def test_every_mistake_of_a_file_is_told_at_once() -> None:
 
 
 @pytest.mark.parametrize("path", ["/dd 100/drive", "/dd100/drive\u00a02", "/dd100/../x"])
-def test_a_path_that_no_prim_can_have(path: str) -> None:
+def test_an_illegal_prim_path_is_refused(path: str) -> None:
     (message,) = told(GraphSpec, f"graph: g\nat: {path}\n")
     assert message.startswith("2:5 at: a prim path cannot contain ")
 

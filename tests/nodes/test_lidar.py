@@ -258,7 +258,7 @@ def test_a_type_that_there_is_not_is_refused() -> None:
         Bench(type_in="depth_image")
 
 
-def test_the_object_id_map_is_told_to_have_no_effect() -> None:
+def test_a_warning_says_that_the_object_id_map_has_no_effect() -> None:
     assert [severity for severity, _ in Bench(enable_object_id_map=True).context.logged] == ["warning"]
 
 
@@ -266,9 +266,7 @@ def test_the_object_id_map_is_told_to_have_no_effect() -> None:
 
 
 @pytest.mark.parametrize("name", ["tutorial/scan", "dd100/scan"])
-def test_in_the_shipped_graphs_scans_go_out_from_the_first_tick_on_and_again_after_a_stop(
-    play: Player, name: str
-) -> None:
+def test_shipped_graphs_publish_scans_from_the_first_tick_on_also_after_a_stop(play: Player, name: str) -> None:
     world = dd100()
     lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
     lidar.see([1.0, 2.0, INF, 4.0, 5.0])

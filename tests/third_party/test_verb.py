@@ -90,7 +90,7 @@ def test_built_in_and_former_verbs_take_precedence_and_help_lists_the_unused_one
     assert "not used: import-urdf of acme_import, schema of acme_schema." in told
 
 
-def test_a_misspelt_verb_is_compared_with_those_of_packages(site: Path) -> None:
+def test_a_misspelt_verb_gets_the_verb_of_an_installed_package_as_a_suggestion(site: Path) -> None:
     done = graphrun(site, "turn", "1")
     assert done.returncode == 2
     assert done.stderr.splitlines()[:2] == ["graphrun: no verb 'turn'", "  did you mean 'turns'?"]

@@ -145,7 +145,7 @@ def friction_direction(description: RobotDescription, wheel: RobotWheel) -> Vect
 
 
 def is_diagonal(direction: Vector3 | None) -> bool:
-    """Return whether a direction lies between the x and y axes, as the axes of mecanum rollers do."""
+    """Return whether a direction is diagonal in the xy plane, as the axes of mecanum rollers are."""
     x, y = (abs(part) for part in (direction or (0.0, 0.0))[:2])
     return min(x, y) > _DIAGONAL * max(x, y)
 

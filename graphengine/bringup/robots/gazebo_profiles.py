@@ -270,10 +270,10 @@ def _resolution(values: Values, far: float, sensor: Subject) -> float:
 
 
 def _word(values: Values, tag: str, legal: tuple[str, ...]) -> str:
-    """Return the word at a tag; by default, the first of the legal words.
+    """Return the text of a tag that has one of the `legal` texts; the first of these if the tag is missing.
 
     Raises:
-        UnusableError: the word is not legal.
+        UnusableError: the text is not legal.
     """
     text, found = values.text("force_torque", tag), values.find("force_torque", tag)
     if found is not None and text and text not in legal:

@@ -283,7 +283,7 @@ def _portable(description: RobotDescription, beside: Collection[Path], folder: P
 
 
 def _near(path: Path, target: Path) -> str:
-    """Return a path as text for the robot file `target`: relative if it is in the project, else absolute."""
+    """Return `path` as it is written in the robot file `target`: relative to that file within the project, else absolute."""
     resolved, folder = path.resolve(), target.parent.resolve()
     return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
 

@@ -51,14 +51,14 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
 
 
 def add_mimics(root: Element, findings: Findings) -> bool:
-    """Write a `<mimic>` into joints that follow another one by `<param name="mimic">` of a `<ros2_control>`, as older files do.
+    """Convert the older `<param name="mimic">` of joints in a `<ros2_control>` to `<mimic>` elements.
 
     Args:
-        root: root element of the description, which is changed.
-        findings: receives a note for each joint.
+        root: root element of the description; changed in place.
+        findings: receives a note for each converted joint.
 
     Returns:
-        whether the description was changed.
+        whether any joint was converted.
     """
     changed, joints = False, {joint.get("name"): joint for joint in root.all("joint")}
     listed = [(control, joint) for control in root.all("ros2_control") for joint in control.all("joint")]

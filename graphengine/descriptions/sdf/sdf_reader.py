@@ -58,7 +58,7 @@ def read_sdf(
 def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     """Return the model with the given name.
 
-    Without a name, return the only model with moving joints, or else the only one that is not static, or else the only one.
+    Without a name, the first rule that one model alone meets decides: it has moving joints; it is not static; it is in the file.
 
     Raises:
         SdfError: no model has the name, or the choice is ambiguous.

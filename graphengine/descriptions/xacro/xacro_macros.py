@@ -110,14 +110,14 @@ def _chosen(root: Element, wanted: str | None, findings: Findings) -> RobotMacro
 def wrapper(
     macro: RobotMacro, path: Path, name: str, arguments: Mapping[str, str], packages: Packages, *, complete: bool
 ) -> str:
-    """Return the text of a xacro file that includes the file of a macro and calls the macro.
+    """Return the text of a xacro file that includes the file in which a macro is defined, and calls the macro.
 
     Args:
         macro: macro to call.
         path: path of the file that defines the macro.
         name: name of the robot.
         arguments: values of the macro's parameters and of the file's arguments, by name.
-        packages: packages; if one of them contains the file, the include refers to that package.
+        packages: known ROS packages; if one of them contains `path`, the include refers to this package.
         complete: whether values of the file's arguments are written too, not only those of the macro's parameters.
     """
     others = {key: value for key, value in arguments.items() if key not in macro.parameters} if complete else {}

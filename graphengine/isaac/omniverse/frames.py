@@ -113,7 +113,7 @@ class Frames:
         self._built[part] = self.number, self.loops
 
     def pass_by(self, part: Part) -> bool:
-        """Return whether the script has rendered frames since it created a part, so that it now simulates with this part."""
+        """Return whether the script has rendered a frame since it created a part of the stage; the part is then simulated."""
         number, around = self._built.get(part, (0, ()))
         if self.over:
             return number < self.number

@@ -34,7 +34,7 @@ def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], fin
 
 
 def _instance(graph: RecordedGraph, path: str, user: StagePrim) -> RecordedGraph:
-    """Return a copy of the graph at `path` with the variable values that the prim `user` sets."""
+    """Return a copy of the graph with the path `path` and the variable values that its instance, the prim `user`, sets."""
     variables = {}
     for name, variable in graph.variables.items():
         own = user.attributes.get(VARIABLE + name)

@@ -42,8 +42,8 @@ def type_name(name: str) -> str:
 def plain_value(value: Any, type: str) -> Any:
     """Return a USD value as None, bool, int, float, str, or nested lists of them.
 
-    A quaternion becomes [x, y, z, w], a matrix a list of rows. A float or half becomes the shortest decimal number that is equal
-    in its precision: 0.1, not 0.10000000149011612.
+    A quaternion becomes [x, y, z, w], a matrix a list of rows. A float or half becomes the shortest decimal number that rounds to
+    the same value in its own precision: 0.1, not 0.10000000149011612.
 
     Args:
         value: value from USD's Python API.

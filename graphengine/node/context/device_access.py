@@ -107,10 +107,10 @@ class WorldHandles:
         return self._services.world.placement(self._find(prim))
 
     def conveyor(self, prim: str) -> Surface:
-        """Return a handle to the surface velocity of a body or link, which then acts as a conveyor belt.
+        """Return a handle that sets the surface velocity of a body or link, so that it acts as a conveyor belt.
 
         Raises:
-            PrimError: the prim has no rigid body of its own, or a joint moves the body.
+            PrimError: the prim is not a rigid body, or a joint moves the body.
             ContextError: the body is the base of a robot that is not fixed to the world.
         """
         found = self._find(prim)

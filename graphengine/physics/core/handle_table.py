@@ -60,7 +60,7 @@ class Handle(Stateful, Generic[S]):
         """Observe the state after a physics step."""
 
     def see_displacement(self) -> None:
-        """Observe that a body was placed elsewhere between two steps, which does not count as motion."""
+        """Observe that a body was moved to another pose between two steps; this displacement is not motion."""
 
 
 H = TypeVar("H", bound=Handle[Any])

@@ -21,9 +21,9 @@ def initial_data(model: mujoco.MjModel, stage: Stage) -> mujoco.MjData:
 
 
 def drives_of(stage: Stage) -> Iterator[tuple[str, Drive]]:
-    """Yield pairs of a joint's name in the model and the joint's drive.
+    """Yield each drive with the name of its joint in the model.
 
-    Drives that do not move exactly one joint come last, with their robot's prefix in place of a joint name.
+    Drives that move no joint or several joints come last, with their robot's prefix in place of the name.
     """
     for prim in stage.prims("joint"):
         robot, drive = stage.robot_of(prim), prim.facts["drive"]

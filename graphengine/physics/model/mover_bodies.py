@@ -87,7 +87,7 @@ def _parts(
 
 
 def _model(name: str, route: Route, parts: Sequence[Part], span: Span) -> Element:
-    """Return the SDF model of a mover where its route begins; `span` is the place of its shape in the scene."""
+    """Return the SDF model of a mover, at the start of its route; `span` is the position of its key `shape` in the file."""
     shapes = "".join(_COLLISION.format(number, *part) for number, part in enumerate(parts))
     place = written(*route.points[0][1:])
     text = f"<model><static>true</static><pose>{place} 0 0 0</pose><link>{shapes}</link></model>"

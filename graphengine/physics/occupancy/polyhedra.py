@@ -37,10 +37,10 @@ class Triangles:
 
     @staticmethod
     def skin(corners: Floats, margin: float = MARGIN) -> Triangles:
-        """Return bodies without volume: the triangles of a surface, each of which is a body.
+        """Return each triangle of a surface mesh as a polyhedron without volume.
 
-        The triangles are moved inwards by twice the margin. So a surface on the border of two cells occupies the cell on the
-        side of its solid; without the displacement, it would occupy neither cell.
+        The triangles are moved inwards by twice the margin. So a triangle on the border of two cells occupies the cell on the
+        side of the solid; without the displacement, it would occupy neither cell.
         """
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)

@@ -87,7 +87,7 @@ class Lens:
         return missed
 
     def aim(self, scene: mujoco.MjvScene, pose: Pose) -> None:
-        """Set pose and projection of a MuJoCo scene's camera; a scene has two cameras (for stereo), which MuJoCo averages."""
+        """Set pose and projection of both (stereo) cameras of a MuJoCo scene to the same values, because MuJoCo averages them."""
         (x, y, z), turn = pose
         at_near = self.half_height if self.parallel else self.half_height * self.near
         for eye in scene.camera:

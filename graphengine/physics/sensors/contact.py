@@ -60,7 +60,7 @@ class BodyContactSensor(CarriedPrim):
         self._of_tick = self._of_tick + self._of_step
 
     def _force(self) -> Floats:
-        """Return the sum of all contact forces on the body near the sensor, N, in the world frame."""
+        """Return the sum of the forces, N, in the world frame, of all contacts of the body that are near the sensor."""
         total, wrench = np.zeros(3), np.empty(6)
         model, data = self._simulation.model, self._simulation.data
         if data.ncon == 0:

@@ -82,7 +82,7 @@ def add_gripper_welds(spec: mujoco.MjSpec, body: str, prim: Prim) -> None:
 
 @implements(SurfaceGripperDevice, SurfaceGripperProfile, build=add_gripper_welds)
 class SuctionGripper(CarriedPrim):
-    """The surface gripper at a prim; the prim's `facts` are the values of its profile."""
+    """The surface gripper at a prim, whose `facts` contain the parameters of the gripper's profile."""
 
     sees_steps = casts_rays = True
     kept = ("status", "_trying", "_tried", "_waiting")

@@ -19,7 +19,7 @@ AUTO = "auto"
 
 
 def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
-    """Return lines of help by transport name; `reaching_others` leaves out transports that stay within this process."""
+    """Return the help line of each transport, by its name; `reaching_others` leaves out transports within one process."""
     kinds, broken = _load_all()
     ranked = ", ".join(kind.name for kind in kinds if kind.auto is not None)
     shown = {kind.name: kind.help for kind in kinds if kind.reaches_others or not reaching_others}

@@ -21,7 +21,7 @@ SIZE = 0.15
 
 
 class CameraFrusta(Layer):
-    """A frustum with an image for each camera."""
+    """Draws one frustum with the camera's image for each camera."""
 
     name = CAMERAS
     title = "Cameras"

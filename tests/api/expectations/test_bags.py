@@ -121,7 +121,7 @@ def test_a_bag_that_is_compressed_as_a_whole_is_refused(tmp_path: Path) -> None:
         ge.judge_bag(folder, ge.always("time < 9"))
 
 
-def test_the_time_of_a_bag_with_a_clock_is_the_time_of_the_clock(tmp_path: Path) -> None:
+def test_a_bag_with_a_clock_topic_uses_the_times_of_the_clock(tmp_path: Path) -> None:
     """The simulation runs at half the speed of the recorder's clock, and begins at 100 s."""
 
     def simulated(at: float, delay: int = 0) -> Any:

@@ -43,7 +43,7 @@ def test_a_package_is_found_by_its_folder_below_a_path(tmp_path: Path, place: st
     assert packages(tmp_path, tmp_path).find("cart") == tmp_path / place
 
 
-def test_a_package_is_found_by_its_manifest_and_may_be_the_path_itself(tmp_path: Path) -> None:
+def test_a_package_path_may_be_a_package_or_a_folder_of_packages(tmp_path: Path) -> None:
     package(tmp_path / "src/cart-main", "cart")
     assert packages(tmp_path, tmp_path / "src").find("cart") == tmp_path / "src/cart-main"
     assert packages(tmp_path, tmp_path / "src/cart-main").find("cart") == tmp_path / "src/cart-main"
@@ -154,7 +154,9 @@ def test_a_missing_package_is_reported_with_the_searched_folders_and_the_package
         ("sorce", "bot.yaml:3:17: error S101: no folder 'sorce'"),
     ],
 )
-def test_package_paths_that_are_missing_or_outside_are_reported(project: Project, path: str, told: str) -> None:
+def test_package_paths_that_are_missing_or_outside_of_the_package_are_reported(
+    project: Project, path: str, told: str
+) -> None:
     assert told in project.robot(f"package_paths: [{path}]").error()
 
 

@@ -107,7 +107,7 @@ def test_the_page_makes_no_requests_and_prints_no_error(opened: Opened, driven: 
     assert opened.page.evaluate("fetch('data:,').then(() => 'loaded', () => 'refused')") == "refused"
 
 
-def test_the_time_bar_moves_the_robot_to_where_it_was(opened: Opened, driven: tuple[Path, Any]) -> None:
+def test_the_time_bar_moves_the_robot_to_its_recorded_pose(opened: Opened, driven: tuple[Path, Any]) -> None:
     for tick in (0, 60, 118, 20):
         opened.page.locator("#slider").fill(str(tick / 60))
         assert opened.robot() == pytest.approx(driven[1][tick], abs=1e-5)

@@ -98,7 +98,7 @@ def test_a_minute_of_the_warehouse_stays_below_four_megabytes(tmp_path: Path) ->
     assert sizes[0] + (sizes[1] - sizes[0]) / 5 * 59 < 4_000_000
 
 
-def test_a_file_that_cannot_be_written_leaves_the_older_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_keeps_the_older_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = put(tmp_path / "run.html", "older")
     with session(shapes(tmp_path)) as sim:
         trace = SceneTrace(sim._runner.session)
