@@ -145,7 +145,7 @@ class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Sub
     effort_command: Doubles = Out(unit="N m, N")
 
     def deliver(self, message: Any) -> str:
-        """Set the outputs for time, joint names and commands; return the reason if the message must be dropped, else an empty text."""
+        """Set the outputs for time, joint names and commands; return the reason to drop the message, or an empty text."""
         joints = len(message.name)
         arrays = (message.position, message.velocity, message.effort)
         if not joints:

@@ -37,7 +37,7 @@ def prepare_drives(
     control: Floats,
     applied: Floats,
 ) -> bool:
-    """Estimate the load at each limited drive, advance set points, compensate gravity, limit forces; return whether set points change.
+    """Estimate loads, advance set points, compensate gravity and limit forces; return whether set points still change.
 
     Args:
         pending: whether set points or efforts change in this step.
