@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.interrupts import deferred
 from graphengine.format.wording import printable
 
 GRACE = 5.0
@@ -76,7 +77,10 @@ class Programs:
             raise UsageError(f"start {command[0]}: a scenario may start programs only with --allow-programs")
         output = self._outputs / f"{len(self._running) + 1}-{Path(command[0]).name}.txt"
         try:
-            with output.open("wb") as file:
+            with (
+                output.open("wb") as file,
+                deferred(),
+            ):  # an interrupt within Popen would leave a program that nothing ends
                 process = subprocess.Popen(
                     list(command),
                     cwd=self._folder,
@@ -86,10 +90,10 @@ class Programs:
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
                 )
+                self._running.append((" ".join(command), output, process))
         except (OSError, ValueError) as error:  # ValueError: a null character
             reason = error.strerror if isinstance(error, OSError) else error
             raise ProgramError(f"start {printable(' '.join(command))}: {reason}") from None
-        self._running.append((" ".join(command), output, process))
         return iter(())
 
     def check(self) -> None:

@@ -75,6 +75,27 @@ def by_sigterm() -> Iterator[None]:
             signal.signal(signal.SIGTERM, before)
 
 
+@contextlib.contextmanager
+def deferred() -> Iterator[None]:
+    """Return a context manager in which SIGINT and SIGTERM take effect at its end; without effect except in the main thread."""
+    import threading
+
+    held: list[int] = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handled = {number: handler for number, handler in before.items() if callable(handler)}
+    if threading.current_thread() is not threading.main_thread():
+        handled = {}
+    for number in handled:
+        signal.signal(number, lambda number, _: held.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in handled.items():
+            signal.signal(number, handler)
+        for late in held:
+            signal.raise_signal(late)
+
+
 def _loses(frame: FrameType | None) -> bool:
     """Return whether a frame or one of its callers executes an import, or reports a lost exception."""
     while frame is not None:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from graphengine.experiments.programs import ProgramError, Programs, ending
+from graphengine.format.interrupts import by_sigterm
 from tests.experiments.falling import start
 from tests.experiments.harness import result_of, scenario_file
 from tests.waiting import eventually
@@ -104,6 +107,24 @@ def test_a_program_of_another_process_ends_with_graphrun_test(tmp_path: Path) ->
     (tmp_path / "up").unlink()
     rows = ("--results", "rows.jsonl")
     assert end_during_a_program(tmp_path, *rows, by=signal.SIGKILL, trap="trap '' INT TERM; ") == -signal.SIGKILL
+
+
+def test_a_signal_that_arrives_while_a_program_starts_does_not_lose_the_program(
+    programs: Programs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = subprocess.Popen
+
+    def interrupted(*arguments: Any, **options: Any) -> subprocess.Popen[bytes]:
+        process: subprocess.Popen[bytes] = start(*arguments, **options)
+        signal.raise_signal(signal.SIGTERM)
+        return process
+
+    monkeypatch.setattr(subprocess, "Popen", interrupted)
+    with by_sigterm(), pytest.raises(KeyboardInterrupt):
+        programs.start(["sleep", "60"])
+    ((_, _, process),) = programs._running
+    programs.close()
+    assert process.returncode == -signal.SIGINT
 
 
 def test_no_program_is_started_unless_it_is_allowed(tmp_path: Path) -> None:
