@@ -176,7 +176,8 @@ def test_a_clock_that_was_lost_is_sent_again_unrecorded(scene: ge.Scene, tmp_pat
 def test_commands_are_executed_during_a_wait_and_a_pause_stops_its_timeout(scene: ge.Scene) -> None:
     peer = Peer(lambda peer, now: None)
     with running(scene, peer, EVERY_TENTH | {"timeout": 1.0}) as runner:
-        session, states = runner.session, []
+        session = runner.session
+        states: list[int] = []
 
         def script() -> None:
             while not states or states[-1] < 6:
