@@ -11,6 +11,8 @@ from graphengine.format.errors import UsageError
 from graphengine.format.interrupts import by_sigterm
 
 HELP = "run scenarios (*.scenario.yaml) and Python tests with pytest"
+_REWRITTEN = "Module already imported so cannot be rewritten; graphengine"
+"""Warning of pytest about this package, which has no assertions that pytest would rewrite."""
 _CODES = (
     "Exit codes are those of pytest: 0 all passed; 1 some failed or could not be run; 2 interrupted, or a file has errors; "
     "3 internal error; 4 wrong arguments; 5 no test found."
@@ -121,7 +123,7 @@ def _run_pytest(arguments: argparse.Namespace) -> int:
         raise UsageError(f"graphrun test needs pytest; install it with: {install_command('pytest')}") from None
     if arguments.processes is not None and find_spec("xdist") is None:
         raise UsageError(f"-n needs pytest-xdist; install it with: {install_command('pytest')}")
-    given = [*arguments.paths]
+    given = [*arguments.paths, "-W", f"ignore:{_REWRITTEN}:pytest.PytestAssertRewriteWarning"]
     for option, value in (
         ("-n", arguments.processes),
         ("-k", arguments.keyword),
