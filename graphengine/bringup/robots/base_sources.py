@@ -131,7 +131,7 @@ def _positive(controller: Controller, *names: str) -> float | None:
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
-    """Return the base of the first usable drive plugin; None if there is none.
+    """Return the base that the first usable drive plugin describes, or None without such a plugin.
 
     Topics that other plugins set, such as odometry_publisher, replace those of the drive plugin.
     """

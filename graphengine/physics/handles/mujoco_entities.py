@@ -168,7 +168,7 @@ class MujocoEntities:
         return dict(sorted(found.items(), key=lambda item: item[1]))
 
     def fixed_around(self, body: str) -> str:
-        """Return the name of a fixed body other than a floor that a topmost body overlaps; empty if there is none."""
+        """Return the name of a fixed body, except floors, that overlaps a topmost body; an empty text if none does."""
         model, data = self._simulation.model, self._simulation.data
         found = distances(model, data, int(model.body(body).id), -LEAST)
         return next((self._owner(geom) for geom in found if not model.body_weldid[model.geom_bodyid[geom]]), "")
