@@ -10,7 +10,7 @@ from graphengine.format.errors import StateError, TransportError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.goals import STATUS_NAMES, parts
-from graphengine.ros.action_caller import ActionCaller
+from graphengine.ros.action_caller import ActionCaller, GoalCall
 
 
 class ServiceCall:
@@ -100,8 +100,13 @@ class Goal:
         goal_type = f"{action_type}_Goal"
         self._goal = messages.decode(encoded(runner, goal, goal_type), goal_type, definitions)
         self._caller = ActionCaller(transport, self.action, action_type, definitions)
-        self._call = self._caller.send(self._goal, self._hear) if self._caller.ready else None
+        self._call: GoalCall | None = None
         self.feedback: Any = None
+        self._send()
+
+    def _send(self) -> None:
+        if self._call is None and self._caller.ready:
+            self._call = self._caller.send(self._goal, self._hear)
 
     def _hear(self, message: Any) -> None:
         self.feedback = message
@@ -115,11 +120,8 @@ class Goal:
         Raises:
             TransportError: the server does not answer.
         """
-        if self._call is None:
-            if not self._caller.ready:
-                return "sent"
-            self._call = self._caller.send(self._goal, self._hear)
-        if not self._call.accepted.done():
+        self._send()
+        if self._call is None or not self._call.accepted.done():
             return "sent"
         if not self._call.accepted.result():
             return "rejected"

@@ -14,6 +14,11 @@ MAX_ENTRIES = 1000
 """Maximum number of messages of nodes in the log."""
 
 
+def log_entry(tick: int, severity: str, node: str, text: str) -> LogEntry:
+    """Return the entry of the log for a message of a node: its first line, with the node's prim path if it has one."""
+    return LogEntry(tick, severity, (f"{node}: {text}" if node else text).partition("\n")[0][:LONGEST])
+
+
 class ReplayLog:
     """Collects the messages that nodes log in a replay: errors as marks, other messages as entries of the log.
 
@@ -30,8 +35,7 @@ class ReplayLog:
         """Add a message. A session can use this method as its `log` function."""
         self.marks.log(severity, node, text)
         if severity != "error" and self.marks.tick and len(self.entries) < MAX_ENTRIES:
-            line = (f"{node}: {text}" if node else text).partition("\n")[0][:LONGEST]
-            self.entries.append(LogEntry(self.marks.tick, severity, line))
+            self.entries.append(log_entry(self.marks.tick, severity, node, text))
 
 
 def sample_replay(player: RecordingPlayer) -> SceneTrace:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.api.recording_page import MAX_ENTRIES
+from graphengine.api.recording_page import MAX_ENTRIES, log_entry
 from graphengine.api.runner import AfterTick
 from graphengine.recording.marks import LONGEST
 from graphengine.view.html.html_file import LogEntry, Plot, robot_plots, write_html
@@ -23,7 +23,6 @@ class RunPage(AfterTick):
     """
 
     def __init__(self) -> None:
-        self._session: Session | None = None
         self._trace: SceneTrace | None = None
         self._log: list[LogEntry] = []
         self._plots: list[Plot] = []
@@ -32,8 +31,7 @@ class RunPage(AfterTick):
     def log(self, severity: str, node: str, text: str) -> None:
         """Add a message of a node."""
         if len(self._log) < MAX_ENTRIES:
-            line = (f"{node}: {text}" if node else text).partition("\n")[0][:LONGEST]
-            self._log.append(LogEntry(self._tick, severity, line))
+            self._log.append(log_entry(self._tick, severity, node, text))
 
     def watch(self, session: Session) -> None:
         """Begin to sample a session."""

@@ -29,8 +29,8 @@ def ending(code: int) -> str:
     return f"exit code {code}" if code >= 0 else f"signal {names.get(-code, -code)}"
 
 
-def facts(process: int, name: str) -> list[str]:
-    """Return the words of a file that Linux has for a process; an empty list if there is none."""
+def proc_fields(process: int, name: str) -> list[str]:
+    """Return the fields of the file `/proc/PROCESS/NAME` of Linux; an empty list without this file."""
     try:
         return Path(f"/proc/{process}/{name}").read_text(encoding="ascii").split()
     except OSError:
@@ -39,7 +39,7 @@ def facts(process: int, name: str) -> list[str]:
 
 def children(process: int) -> list[int]:
     """Return the processes that a process has started; an empty list without /proc."""
-    return [int(child) for child in facts(process, f"task/{process}/children")]
+    return [int(child) for child in proc_fields(process, f"task/{process}/children")]
 
 
 def signal_groups(leaders: Iterable[int], number: signal.Signals) -> None:
@@ -77,10 +77,8 @@ class Programs:
             raise UsageError(f"start {command[0]}: a scenario may start programs only with --allow-programs")
         output = self._outputs / f"{len(self._running) + 1}-{Path(command[0]).name}.txt"
         try:
-            with (
-                output.open("wb") as file,
-                deferred(),
-            ):  # an interrupt within Popen would leave a program that nothing ends
+            # An interrupt within Popen would leave a program that nothing ends.
+            with output.open("wb") as file, deferred():
                 process = subprocess.Popen(
                     list(command),
                     cwd=self._folder,

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from graphengine.api.scene_files import UnpackedScene
-from graphengine.experiments.programs import children, ending, facts, signal_groups
+from graphengine.experiments.programs import children, ending, proc_fields, signal_groups
 from graphengine.experiments.result_rows import WALL, Row, start_row
 from graphengine.experiments.runs import Run
 from graphengine.experiments.statistics import rerun_text
@@ -62,7 +62,7 @@ class Worker:
     @property
     def memory(self) -> int:
         """Resident memory of the process, bytes; 0 without a process or without /proc."""
-        words = facts(self._process.pid, "statm") if self._process is not None else []
+        words = proc_fields(self._process.pid, "statm") if self._process is not None else []
         return int(words[1]) * os.sysconf("SC_PAGE_SIZE") if words else 0
 
     def begin(self, run: Run, place: UnpackedScene | None = None) -> None:
