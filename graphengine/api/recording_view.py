@@ -17,6 +17,7 @@ from graphengine.runtime.command_queue import CommandQueue
 
 if TYPE_CHECKING:
     from graphengine.view.feed import Feed
+    from graphengine.view.plot_values import PlotValues
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 SLICE = 0.04
@@ -25,6 +26,8 @@ WORTH = 4
 """Minimum duration of a background replay, as a multiple of the time that the session needs to return to the shown tick."""
 LONGEST_SEEK = 0.3
 """If a seek takes longer than this wall time, s, the page shows the tick that the replay has reached so far."""
+MOST_POINTS = 20_000
+"""Maximum number of samples of a plotted value over a recording."""
 IDLE = 0.02
 """Wall time between two polls for requests of viewers while the page is idle, s."""
 
@@ -51,6 +54,9 @@ class Playback:
         """Whether the session is at the last replayed tick, because of the background replay, and not at the shown tick."""
         self._return = 0.0
         """Duration, in wall time, of the session's latest return from the last replayed tick to the shown tick, s."""
+        self._plotted = 0
+        """Number of ticks of which the plotted values were sampled since `_restarts`, the last change of the expressions."""
+        self._restarts = 0
 
     def obey(self, asked: Mapping[str, Any]) -> None:
         """Execute a request of a viewer.
@@ -106,10 +112,33 @@ class Playback:
         Args:
             interrupted: function called after each tick; the call ends when it returns True.
         """
+        if seconds := self._slice():
+            self.player.build(seconds, interrupted)
+
+    def plot(self, plots: PlotValues, interrupted: Callable[[], bool] = lambda: False) -> None:
+        """Sample plotted values of further ticks in the background, as `build` replays them."""
+        if seconds := self._slice():
+            every = -(-self.player.length // MOST_POINTS)
+
+            def seen(tick: int) -> None:
+                if tick % every == 0:
+                    plots.sample(tick * self._delta)
+
+            with plots.sampling():
+                self._plotted = self.player.visit(self._plotted + 1, seconds, seen, interrupted) - 1
+
+    def _slice(self) -> float:
+        """Return the wall time for which the session may leave the shown tick, s; 0 if playback would stutter."""
         if self.playing and self._return > SLICE and self.player.position < self.player.built:
-            return
-        self.player.build(max(SLICE, WORTH * self._return), interrupted)
+            return 0.0
         self._away = True
+        return max(SLICE, WORTH * self._return)
+
+    def behind(self, plots: PlotValues) -> bool:
+        """Return whether replayed ticks remain of which plotted values are not sampled yet."""
+        if plots.restarts != self._restarts:
+            self._restarts, self._plotted = plots.restarts, 0
+        return plots.wanted and self._plotted < self.player.built
 
     @property
     def idle(self) -> bool:
@@ -183,7 +212,10 @@ def turn(playback: Playback, feed: Feed) -> None:
     """
     playback.show()
     feed.after_tick()
-    if not playback.player.complete:
+    if playback.behind(feed.plots):
+        playback.plot(feed.plots, lambda: feed.asked)
+        feed.forget_costs()
+    elif not playback.player.complete:
         playback.build(lambda: feed.asked)
         feed.forget_costs()
     elif playback.idle:

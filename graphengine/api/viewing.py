@@ -122,6 +122,7 @@ def open_page(
         definitions=runner.scene.definitions,
         read_only=read_only,
         problems=runner.problems,
+        lines=runner.lines,
         served=served,
     )
     runner.show(feed)

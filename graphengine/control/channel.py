@@ -21,6 +21,7 @@ from typing import Any
 from graphengine.control import runs
 from graphengine.control.lines import MAX_REQUEST, BadLineError, Lines
 from graphengine.format.errors import ControlError, GraphError
+from graphengine.format.runtime_folder import folder
 from graphengine.runtime.command_queue import CommandQueue
 
 MAX_CLIENTS = 32
@@ -49,7 +50,7 @@ class Channel:
         self._lock = threading.Lock()
         self._closed = threading.Event()
         runs.running(environment)  # which clears away what killed ones have left
-        place = runs.folder(environment)
+        place = folder(environment)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.path = place / runs.entry_name(name, os.getpid())
         try:

@@ -12,6 +12,7 @@ from graphengine.control import runs
 from graphengine.control.lines import MAX_ANSWER, BadLineError, Lines
 from graphengine.control.runs import Entry
 from graphengine.format.errors import ControlError, UsageError
+from graphengine.format.runtime_folder import folder
 from graphengine.format.wording import did_you_mean
 
 
@@ -88,7 +89,7 @@ def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:
     if not there:
         raise ControlError(
             "no run to control\n  start one, for example: graphrun run dd100_warehouse\n"
-            f"  looked in {runs.folder(environment)}"
+            f"  looked in {folder(environment)}"
         )
     listed = "".join(f"\n  --run {entry.pid}   {entry.name}" for entry in fitting or there)
     if fitting:

@@ -7,22 +7,17 @@ process id of the run. A socket that accepts no connection was left behind by a 
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 import socket
-import stat
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from graphengine.format.errors import ControlError
+from graphengine.format.runtime_folder import folder
 
 _ENTRY = re.compile(r"([A-Za-z0-9_]+)\.([0-9]+)")
 MAX_NAME = 40
 """Maximum length of a run's name in the path of its socket; the path can have at most 107 characters."""
-RUNTIME = "/run/user"
-"""Parent of systemd's runtime folders, for processes without XDG_RUNTIME_DIR, such as those of `su` and cron."""
 PATIENCE = 5.0
 """Timeout for connecting to a run, s."""
 
@@ -37,26 +32,6 @@ class Entry:
 
     def __str__(self) -> str:
         return f"{self.name} (process {self.pid})"
-
-
-def folder(environment: Mapping[str, str]) -> Path:
-    """Return the folder of the sockets; create it if it does not exist.
-
-    Raises:
-        ControlError: the folder cannot be created, or other users can access it.
-    """
-    named, usual = environment.get("XDG_RUNTIME_DIR", ""), f"{RUNTIME}/{os.getuid()}"
-    runtime = next((path for path in (named, usual) if os.path.isabs(path) and os.path.isdir(path)), None)
-    path = Path(runtime, "graphrun") if runtime else Path(tempfile.gettempdir(), f"graphrun-{os.getuid()}")
-    try:
-        with contextlib.suppress(FileExistsError):
-            path.mkdir(mode=0o700)
-        found = path.lstat()
-    except OSError as error:
-        raise ControlError(f"{path}: {error.strerror}") from None
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
-        raise ControlError(f"{path}: must be a folder that you own, with mode 700")
-    return path
 
 
 def entry_name(name: str, pid: int) -> str:

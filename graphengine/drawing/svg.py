@@ -56,7 +56,8 @@ def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
 
     Args:
         views: graphs to draw.
-        named: whether the SVG group of each node gets the attribute `data-node` with the node's name, for scripts.
+        named: whether the SVG has attributes for scripts: `data-node` of each node, `data-port` of each port (`left:name`), and
+            `data-from` and `data-to` of each wire, with the names of its nodes.
 
     Raises:
         UsageError: the layout library is not installed.
@@ -122,7 +123,7 @@ def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, floa
     on_top = {"": 0, "refused": 2, "circle": 3}
     drawn = list(zip(view.wires, layout.routes, strict=True))
     order = sorted(drawn, key=lambda pair: on_top[pair[0].mistake] or pair[0].form != "data")
-    lines += [line for wire, route in order if route for line in _wire(wire, route)]
+    lines += [line for wire, route in order if route for line in _wire(wire, route, named=named)]
     for node, box in layout.boxes.items():
         lines += _node(box, layout.corners[node], named=named)
     lines.append("</g>")
@@ -175,27 +176,29 @@ def _node(box: NodeBox, corner: Point, *, named: bool) -> list[str]:
         _text(MARGIN, 17, box.name, "name"),
         _text(MARGIN, 33, box.type_name, "type"),
     ]
-    lines += [_port(label, box.width) for label in box.labels]
+    lines += [_port(label, box.width, named=named) for label in box.labels]
     lines += [_mark(MARGIN, mark.y + 4, mark.text, mark.severity, mark.about) for mark in box.marks]
     return [*lines, "</g>"]
 
 
-def _port(label: Label, box_width: float) -> str:
+def _port(label: Label, box_width: float, *, named: bool) -> str:
     right = label.side == "right"
     x = box_width - MARGIN if right else MARGIN
     value = f'<tspan class="value"> {escape(label.value)}</tspan>' if label.value else ""
     anchor = ' text-anchor="end"' if right else ""
     text = f'<text x="{_number(x)}" y="{_number(label.y + 4)}"{anchor}>{escape(label.name)}{value}</text>'
-    return f'<g class="port"><title>{escape(label.view.about)}</title>{text}</g>'
+    name = f' data-port="{label.side}:{escape(label.view.name)}"' if named else ""
+    return f'<g class="port"{name}><title>{escape(label.view.about)}</title>{text}</g>'
 
 
-def _wire(wire: WireView, route: Route) -> list[str]:
+def _wire(wire: WireView, route: Route, *, named: bool) -> list[str]:
     """Draw a wire with rounded corners and an arrow head: filled and thick for execution, open and thin for values."""
     style = _style(wire)
     x, y = route[-1]
     line = _path([*route[:-1], (x - _ARROW, y)])
+    ends = f' data-from="{escape(wire.source[0])}" data-to="{escape(wire.target[0])}"' if named else ""
     return [
-        f'<g class="connection"><title>{escape(wire.about)}</title>',
+        f'<g class="connection"{ends}><title>{escape(wire.about)}</title>',
         f'<path class="wire {style}" d="{line}"/>',
         _tip(x, y, style),
         "</g>",

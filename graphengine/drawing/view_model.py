@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -145,6 +145,21 @@ def make_graph_view(graph: Graph, findings: Findings) -> GraphView:
     pushed = ", every node each time" if graph.flat.spec.evaluator == "push" else ""
     caption = f"at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}"
     return GraphView(graph.name, caption, list(nodes.values()), wires, groups, assigned.graph)
+
+
+def put_values(view: GraphView, value: Callable[[Instance, str], Any]) -> None:
+    """Show other values of the ports that are set in the file.
+
+    Args:
+        view: the drawing to change.
+        value: returns the value of a field of a node, such as the one that an input has now.
+    """
+    for node in view.nodes:
+        fields = node.instance.cls.fields.items() if node.instance is not None else ()
+        for name, port in fields:
+            shown = node.ports.get(("left", port.name))
+            if shown is not None and shown.value and node.instance is not None:
+                shown.value = _with_unit(_value(value(node.instance, name), whole=False), port.unit)
 
 
 def _node(graph: Graph, entry: NodeEntry, instance: Instance | None) -> NodeView:

@@ -121,6 +121,25 @@ class RecordingPlayer:
         assert self._at is not None
         self.position = self._at
 
+    def visit(self, first: int, seconds: float, seen: Callable[[int], None], interrupted: Callable[[], bool]) -> int:
+        """Run replayed ticks again, in order, and return the number of the next tick to visit. `position` does not change.
+
+        Args:
+            first: number of the first tick to visit.
+            seconds: wall time after which no new tick begins, s.
+            seen: called with the number of each tick after it has run.
+            interrupted: called after each tick; the result True makes `visit` return.
+        """
+        if self._at == self.position != self._shown.tick:
+            self._shown = self._keep(self.position)
+        ends = time.monotonic() + seconds
+        for tick in range(first, self.built + 1):
+            self._go(tick, math.inf)
+            seen(tick)
+            if time.monotonic() >= ends or interrupted():
+                return tick + 1
+        return self.built + 1
+
     def close(self) -> None:
         """Delete the temporary files of the player; the caller closes the session."""
         self._inputs.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ class NodeProfile:
         runs: number of calls of `compute`.
         fired: number of these calls that fired an execution output; for nodes of kind `pusher`, number of fired outputs.
         seconds: wall time of these calls, s; for nodes of kind `pusher`, without the nodes that their outputs run.
+        last: number of the last call among the calls of all nodes, which shows the order of execution.
     """
 
     path: str
@@ -28,6 +30,7 @@ class NodeProfile:
     runs: int = 0
     fired: int = 0
     seconds: float = 0.0
+    last: int = 0
 
 
 class Profile:
@@ -43,6 +46,7 @@ class Profile:
         self._every = every
         self._begun, self._sampling = -1, False
         self._nodes: dict[str, NodeProfile] = {}
+        self._calls = itertools.count(1)
         self._watched: dict[int, tuple[GraphRun, Observed]] = {}
 
     def begin_tick(self, number: int, graphs: Sequence[GraphRun]) -> None:
@@ -82,17 +86,20 @@ class Profile:
             node = self._nodes.setdefault(path, NodeProfile(path, cls.type_name))
             outputs = any(port.mask for port in cls.fields.values())
             always = outputs and cls.kind() in ("action", "event") and not cls.gated
-            return _timed(node, compute, pusher=cls.kind() == "pusher", always=always)
+            return _timed(node, compute, self._calls, pusher=cls.kind() == "pusher", always=always)
 
         return run, executor.observe(wrap)
 
 
-def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, always: bool) -> Callable[[], Any]:
+def _timed(
+    node: NodeProfile, compute: Callable[[], Any], calls: Iterator[int], *, pusher: bool, always: bool
+) -> Callable[[], Any]:
     """Return a function that calls `compute` of a node, and counts and times the calls.
 
     Args:
         node: measurements to which the function adds.
         compute: the method to call.
+        calls: counts the calls of all nodes.
         pusher: whether `compute` is a generator of fired outputs.
         always: whether each call counts as fired, whatever `compute` returns.
     """
@@ -100,6 +107,7 @@ def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, alway
 
     def timed() -> Any:
         begin = now()
+        node.last = next(calls)
         try:
             fired = compute()
         finally:
@@ -111,6 +119,7 @@ def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, alway
     def timed_pushes() -> Iterator[int]:
         pushes = compute()
         node.runs += 1
+        node.last = next(calls)
         while True:
             begin = now()
             try:

@@ -207,6 +207,22 @@ class Guard:
             raise ForbiddenError(f"an expression may take at most {MAX_STEPS} steps")
 
 
+class FieldGuard(Guard):
+    """Lets expressions read the fields of messages and of other records."""
+
+    def attribute(self, value: Any, name: str) -> Any:
+        """Return the attribute `name` of a value; raise ForbiddenError if it is not allowed."""
+        if name in getattr(value, "__dataclass_fields__", ()) and not name.startswith("_"):
+            return getattr(value, name)
+        return super().attribute(value, name)
+
+    def attributes(self, value: Any) -> Collection[str]:
+        """Return the names of a value's attributes that an expression may read: of a record, its fields."""
+        if hasattr(value, "__dataclass_fields__"):
+            return [name for name in value.__dataclass_fields__ if not name.startswith("_")]
+        return super().attributes(value)
+
+
 def cost(value: Any) -> int:
     """Return the number of steps for a value itself: 1 per 64 bits, characters or array elements, or 1 per collection element."""
     if isinstance(value, int):

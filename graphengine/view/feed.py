@@ -14,6 +14,7 @@ from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.runtime.command_queue import CommandQueue
+from graphengine.runtime.log_lines import LogLines
 from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.layer_data import FloorMap
@@ -23,8 +24,9 @@ from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_
 from graphengine.view.live_robots import list_robots, states_of
 from graphengine.view.live_topics import Listen, LiveTopics
 from graphengine.view.page_client import Page
+from graphengine.view.plot_values import PlotValues
 from graphengine.view.viewers import Driver, RecordingControls, Viewers
-from graphengine.view.wire import Ended, LiveScene, LiveState, PaneContent
+from graphengine.view.wire import Ended, LiveScene, LiveState, LogMessages, PaneContent
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
@@ -51,6 +53,7 @@ class Feed:
         read_only: whether viewers can watch but not send commands.
         playback: controls of the recording that the session replays; None for a live run.
         problems: counts of node problems so far; None to count from now on.
+        lines: log messages of the session so far; None if the page shows no log.
         served: called once with the URL of the page, in the session's thread, as soon as the page can be opened.
     """
 
@@ -71,6 +74,7 @@ class Feed:
         read_only: bool = False,
         playback: RecordingControls | None = None,
         problems: NodeProblems | None = None,
+        lines: LogLines | None = None,
         served: Callable[[str], None] | None = None,
     ) -> None:
         self._session = session
@@ -88,6 +92,13 @@ class Feed:
         self._costs = NodeCosts()
         self._topics = LiveTopics(session, listen) if listen is not None else None
         self._problems = problems if problems is not None else NodeProblems(session.services.dropped)
+        self.plots = PlotValues(session, definitions, listen)
+        """The values that viewers plot; in a recording, `Playback` samples them."""
+        self._ticks = session.ticks
+        self._plot_status: Mapping[str, Any] = {}
+        self._lines = lines
+        self._logged = 0
+        """Number of the last log message that was sent."""
         self._error = ""
         self._next = self._next_panes = 0.0
         self._shown: tuple[object, ...] = ()
@@ -128,11 +139,19 @@ class Feed:
             self._served(self.page.url)
             self._served = None
         self._viewers.obey(self.page, now)
+        self._sample()
         if not self._viewers.number:
             self._costs.end()
             self._end_topics()
         elif now >= self._next and not self.page.busy:
             self._tell(now)
+
+    def _sample(self) -> None:
+        """Evaluate what viewers plot, if a tick has run."""
+        self.plots.want(self._viewers.plotted)
+        ticks, self._ticks = self._ticks, self._session.ticks
+        if self._playback is None and self.plots.wanted and ticks != self._ticks:
+            self.plots.sample(self._session.time)
 
     def end_run(self, error: BaseException | None) -> None:
         """Show viewers the error that ended the run; do nothing if `error` is None."""
@@ -154,6 +173,8 @@ class Feed:
                     self.page.tell(describe(viewer, run, self._folder))
         self._viewers.newcomers.clear()
         self._tell_marks()
+        if (samples := self.plots.take()) is not None:
+            self.page.tell(samples)
         self.page.show(self._state(now, poses))
         if now >= self._next_panes:
             self._next_panes = now + PANE_PERIOD
@@ -167,6 +188,12 @@ class Feed:
         if findings != self._shown_findings:
             self._shown_findings = findings
             self.page.tell(PaneContent("findings", finding_rows(findings)))
+        if self._lines is not None and (lines := self._lines.after(self._logged)):
+            self._logged = lines[-1].number
+            self.page.tell(LogMessages([asdict(line) for line in lines]))
+        if self.plots.status != self._plot_status:
+            self._plot_status = dict(self.plots.status)
+            self.page.tell(PaneContent("plotting", self._plot_status))
         if self._topics is None or not self._viewers.topics:
             self._end_topics()
             return
@@ -208,17 +235,22 @@ class Feed:
         robots = list(services.stage.prims("robot"))
         focus = services.world.entities.state(robots[0].entity_name).position if robots else (0.0, 0.0, 0.0)
         names = [robot.entity_name for robot in robots]
+        self.plots.rebind()
         self._problems.keep([run.executor.graph.prim_path for run in graphs])
+        layers = self._layers.find(found.names)
         self.page.tell(
             LiveScene(
                 self._title,
                 found,
                 [summarize(run, names, self._folder) for run in graphs],
                 self._driver.topics(),
-                self._layers.find(found.names),
+                layers,
                 focus,
                 list_robots(self._session),
                 self._definitions,
+                sorted({claim.topic for claim in services.claims if not claim.is_service}),
+                [entity.mount.name for entity in layers.entities if not entity.robot],
+                services.keys.asked,
             )
         )
 

@@ -21,7 +21,7 @@ class PageGuard:
         hosts: legal values of `Host`, in the form `name:port`; the user sees the first value.
         every_address: whether the page is served on all IP addresses of the machine. Then any IP address is a legal host,
             because DNS rebinding needs a name.
-        token: shared secret, new in each process.
+        token: shared secret.
     """
 
     hosts: tuple[str, ...]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.drawing.view_model import make_graph_view
+from graphengine.drawing.view_model import make_graph_view, put_values
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -22,6 +22,10 @@ MOST_ELEMENTS, LONGEST_TEXT = 8, 200
 """Maximum number of elements of an array, and of characters of a string, to show."""
 
 
+Executions = Mapping[str, Mapping[str, tuple[int, int, float, int]]]
+"""Executions, firings, microseconds per execution and place in the order of execution since the last frame, by graph and node."""
+
+
 class NodeCosts:
     """Counts and times the node executions in the graphs that viewers have selected."""
 
@@ -30,6 +34,8 @@ class NodeCosts:
         self._observed: Sequence[GraphRun] = ()
         """Graphs whose nodes are timed at present."""
         self._counted: dict[str, tuple[int, int, float]] = {}
+        self._ticks = -1
+        self._found: Executions = {}
 
     def end(self) -> None:
         """Stop timing nodes until the next call of `since_last`."""
@@ -39,14 +45,17 @@ class NodeCosts:
         """Exclude the executions up to now from the next result of `since_last`."""
         self._counted |= {node.path: (node.runs, node.fired, node.seconds) for node in self._profile.nodes()}
 
-    def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Mapping[str, Mapping[str, tuple[int, int, float]]]:
-        """Return executions, firings and microseconds per execution since the last call, by graph and node of `runs`."""
+    def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Executions:
+        """Return what `runs` executed since the last call; if no tick has run since then, what the last call returned."""
+        if runs == self._observed and ticks == self._ticks:
+            return self._found
+        self._ticks = ticks
         if runs != self._observed:
             self._profile.end()
             self._observed = runs
         self._profile.begin_tick(ticks, list(runs))
-        found: dict[str, dict[str, tuple[int, int, float]]] = {run.name: {} for run in runs}
-        for node in self._profile.nodes():
+        found: dict[str, dict[str, tuple[int, int, float, int]]] = {run.name: {} for run in runs}
+        for node in sorted(self._profile.nodes(), key=lambda node: node.last):
             graph = next((name for name in found if node.path.startswith(f"{name}/")), None)
             if graph is None:
                 continue
@@ -54,7 +63,9 @@ class NodeCosts:
             self._counted[node.path] = node.runs, node.fired, node.seconds
             ran = node.runs - runs_before
             each = (node.seconds - seconds) / ran * 1e6 if ran else 0.0
-            found[graph][node.path.removeprefix(f"{graph}/")] = ran, node.fired - fired_before, each
+            order = sum(1 for other in found[graph].values() if other[0]) + 1 if ran else 0
+            found[graph][node.path.removeprefix(f"{graph}/")] = ran, node.fired - fired_before, each, order
+        self._found = found
         return found
 
 
@@ -89,6 +100,7 @@ def describe(viewer: int, run: GraphRun, folder: str = "") -> GraphDetails:
         view = make_graph_view(graph, Findings())
     except UsageError as error:  # the graph is too large
         return GraphDetails(viewer, run.name, str(error), _nodes_of(run, folder))
+    put_values(view, lambda instance, name: getattr(run.executor.nodes[instance.index], name))
     # Node classes are not sent: the page's process may not have the modules that define them.
     view.nodes = [replace(node, instance=None) for node in view.nodes]
     return GraphDetails(viewer, run.name, view, _nodes_of(run, folder))

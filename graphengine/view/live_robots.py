@@ -1,4 +1,4 @@
-"""Lists the robots of a session with their sensors, and reads the state of selected robots."""
+"""Lists the robots of a session with their sensors, and reads the state of selected robots and objects."""
 
 from __future__ import annotations
 
@@ -43,19 +43,18 @@ def _sensor(prim: Prim) -> Mapping[str, str]:
 
 
 def states_of(session: SessionCore, names: Collection[str]) -> Mapping[str, Mapping[str, Any]]:
-    """Return position (m), heading (deg), speed (m/s) and turn rate (rad/s) of each existing robot among `names`, by name."""
+    """Return position (m), heading (deg), speed (m/s) and turn rate (rad/s) of each existing entity among `names`, by name."""
     found = {}
-    for robot in session.services.stage.prims("robot") if names else ():
-        name = robot.entity_name
-        if name in names:
-            state = session.services.world.entities.state(name)
-            numbers = {
-                "x": state.position[0],
-                "y": state.position[1],
-                "z": state.position[2],
-                "heading": math.degrees(yaw_of(state.orientation)),
-                "speed": math.hypot(*state.linear_velocity),
-                "turn": state.angular_velocity[2],
-            }
-            found[name] = {key: value if math.isfinite(value) else None for key, value in numbers.items()}
+    entities = session.services.world.entities
+    for name in sorted({*names} & {entity.name for entity in entities.all()} if names else ()):
+        state = entities.state(name)
+        numbers = {
+            "x": state.position[0],
+            "y": state.position[1],
+            "z": state.position[2],
+            "heading": math.degrees(yaw_of(state.orientation)),
+            "speed": math.hypot(*state.linear_velocity),
+            "turn": state.angular_velocity[2],
+        }
+        found[name] = {key: value if math.isfinite(value) else None for key, value in numbers.items()}
     return found

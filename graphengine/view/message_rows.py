@@ -21,7 +21,10 @@ Row = Mapping[str, Any]
 
 
 def message_rows(data: bytes, message_type: str, definitions: Definitions) -> list[Row]:
-    """Return a row with depth, path, name, type and text for each field; if decoding fails, one row with the error."""
+    """Return a row for each field: depth, path, name, type, text, and whether it can be plotted.
+
+    If decoding fails, return one row with the error.
+    """
     try:
         part = TypedValue.of(messages.decode(data, message_type, definitions), definitions)
     except GraphError as error:
@@ -56,13 +59,18 @@ def _field(name: str, part: TypedValue, path: str, depth: int) -> Iterator[Row]:
         if count > MOST_ELEMENTS:
             yield _row(depth + 1, f"{path}[…]", "…", "", f"{count - MOST_ELEMENTS} more")
     elif part.is_array:
-        yield _row(depth, path, name, f"{part.scalar}[{len(part.value)}]", _array(part.value))
+        yield _row(depth, path, name, f"{part.scalar}[{len(part.value)}]", _array(part.value), plots=_numeric(part))
     else:
-        yield _row(depth, path, name, part.scalar, _scalar(part.value))
+        yield _row(depth, path, name, part.scalar, _scalar(part.value), plots=_numeric(part))
 
 
-def _row(depth: int, path: str, name: str, kind: str, text: str) -> Row:
-    return {"depth": depth, "path": path, "name": name, "type": kind, "text": text}
+def _row(depth: int, path: str, name: str, kind: str, text: str, *, plots: bool = False) -> Row:
+    return {"depth": depth, "path": path, "name": name, "type": kind, "text": text, "plots": plots}
+
+
+def _numeric(part: TypedValue) -> bool:
+    """Return whether a field consists of numbers, which can be plotted."""
+    return "string" not in part.scalar
 
 
 def _array(values: Any) -> str:

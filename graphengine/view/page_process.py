@@ -9,10 +9,12 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import secrets
 import signal
 import sys
 import threading
 import warnings
+from collections import deque
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 from typing import Any
@@ -22,12 +24,23 @@ import numpy as np
 from graphengine.drawing import svg
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
+from graphengine.runtime.log_lines import MOST_LINES
 from graphengine.view.message_rows import message_rows
 from graphengine.view.page_server import PageServer, Viewer, number_of
 from graphengine.view.scene.scene3d import Scene3D
-from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveState, PaneContent, TopicMessage
+from graphengine.view.wire import (
+    Answer,
+    Ended,
+    GraphDetails,
+    LiveScene,
+    LiveState,
+    LogMessages,
+    PaneContent,
+    PlotSamples,
+    TopicMessage,
+)
 
-WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
+WHAT = ("command", "look", "select", "topics", "drive", "keys", "playback", "plots", "gone")
 """Kinds of viewers' requests that the process passes to the run."""
 CAMERA = np.array([-2.5, -2.5, 1.8])
 """Initial position of a viewer's camera relative to the first robot, world axes, m."""
@@ -48,24 +61,42 @@ class PageProcess:
         self._run = run
         self._sending = threading.Lock()
         self._greeting: dict[str, str] = {}
+        self._lines: deque[Mapping[str, Any]] = deque(maxlen=MOST_LINES)
         self._definitions = DEFINITIONS
-        self.server = PageServer(host, port, self._ask, self._greeting.copy)
-        self._scene = Scene3D(self.server.viser, self._tell_shown, self._command)
+        self.server = PageServer(host, port, self._ask, self._greet)
+        self._scene = Scene3D(self.server.viser, self.server.tab_of, self._command, self._pick)
+        self._greeting["run"] = _text({"run": secrets.token_hex(8)})
+        self._greeting["layers"] = _text({"layers": self._scene.layers})
+
+    def _greet(self) -> Mapping[str, str]:
+        """Return the first messages for a new viewer."""
+        return {**self._greeting, "log": _text({"log": [*self._lines]})}
 
     def _tell_shown(self) -> None:
         layers = list(self._scene.shown)
         self._tell({"viewer": OF_SCENE, "ask": "show", "viewers": len(self.server.viewers), "layers": layers})
 
-    def _command(self, client: int, name: str, arguments: Mapping[str, Any]) -> None:
-        """Send a command from the 3D part to the run; `client` is the viewer's client id in viser."""
-        self._tell({"viewer": OF_SCENE, "ask": "command", "id": client, "command": name, "arguments": arguments})
+    def _command(self, tab: str, name: str, arguments: Mapping[str, Any]) -> None:
+        """Send a command from the 3D part to the run."""
+        for number in self.server.viewers_in(tab):
+            self._tell({"viewer": number, "ask": "command", "command": name, "arguments": arguments})
+
+    def _pick(self, tab: str, name: str) -> None:
+        """Tell a viewer what was selected in its 3D part."""
+        for number in self.server.viewers_in(tab):
+            self.server.answer(number, _text({"picked": name}))
 
     def _ask(self, viewer: Viewer, message: Mapping[str, Any]) -> None:
         what = message.get("ask")
-        if what in ("come", "gone"):
+        if what == "gone" and not self.server.viewers_in(viewer.tab):
+            self._scene.leave(viewer.tab)
+        if what == "picture":
+            self._scene.choices(viewer.tab).choose(message)
+            self._scene.apply()
+        if what in ("come", "gone", "picture"):
             self._tell_shown()
         if what == "select" and isinstance(name := message.get("robot"), str):
-            self._scene.select(name)
+            self._scene.choices(viewer.tab).selected = name
         if what in WHAT:
             self._tell({**message, "viewer": viewer.number, "id": number_of(message)})
 
@@ -89,20 +120,29 @@ class PageProcess:
         if isinstance(told, LiveState):
             with self.server.viser.atomic():
                 self._scene.update(told)
-            frame = {"facts": told.facts, "values": told.values, "nodes": told.nodes, "robots": told.robots}
+            notes = told.layers.notes
+            frame = {
+                "notes": notes,
+                "facts": told.facts,
+                "values": told.values,
+                "nodes": told.nodes,
+                "robots": told.robots,
+            }
             self._show("frame", frame)
         elif isinstance(told, LiveScene):
             self._show_stage(told)
         elif isinstance(told, PaneContent):
             self._show(told.kind, told.content)
+        elif isinstance(told, LogMessages):
+            self._lines.extend(told.lines)
+            self.server.answer_all(_text({"log": told.lines}))
+        elif isinstance(told, PlotSamples):
+            self.server.answer_all(_text({"samples": {"times": told.times, "values": told.values}}))
         elif isinstance(told, TopicMessage):
             self._show_message(told)
         elif isinstance(told, GraphDetails):
             graph = {"name": told.name, "svg": _draw(told), "nodes": told.nodes}
             self.server.answer(told.viewer, _text({"graph": graph}))
-        elif isinstance(told, Answer) and told.viewer == OF_SCENE:
-            if "error" in told.told:
-                self._scene.tell(told.told["id"], told.told["error"])
         elif isinstance(told, Answer):
             self.server.answer(told.viewer, _text({"answer": told.told}))
         elif isinstance(told, Ended):
@@ -114,7 +154,7 @@ class PageProcess:
         self._scene.show(stage)
         self._definitions = stage.definitions
         shown = {"title": stage.title, "graphs": stage.graphs, "robots": stage.robots, "drives": stage.drives}
-        self._show("stage", shown)
+        self._show("stage", shown | {"topics": stage.topics, "objects": stage.objects, "keys": stage.keys})
 
     def _show(self, kind: str, content: Any) -> None:
         text = _text({kind: content})

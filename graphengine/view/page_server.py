@@ -17,6 +17,7 @@ import itertools
 import json
 import logging
 import mimetypes
+import os
 import socket
 from collections import Counter
 from collections.abc import Awaitable, Callable, Iterator, Mapping
@@ -37,6 +38,7 @@ from websockets.http11 import Request, Response
 from graphengine.format.errors import UsageError
 from graphengine.format.web_access import parse_object
 from graphengine.view.guard import PageGuard
+from graphengine.view.kept_token import kept_token
 
 MAX_VIEWERS = 8
 """Maximum number of viewers of a page at the same time."""
@@ -58,7 +60,9 @@ _POLICY = (
 _POLICY_3D = "connect-src 'self' data: blob:; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
 """Policy of viser's page. Its address names its WebSocket; that of a stranger could run scripts in the page."""
 _STATIC = resources.files(__package__).joinpath("static")
-_FILES = {"/": "page.html", **{f"/{file.name}": file.name for file in _STATIC.iterdir()}}
+_HTML = resources.files(__package__).joinpath("html")
+_FILES = {f"/{file.name}": file for file in _STATIC.iterdir()}
+_FILES |= {"/": _FILES["/page.html"], **{f"/{name}": _HTML.joinpath(name) for name in ("uplot.js", "uplot.css")}}
 
 _log = logging.getLogger(__name__)
 _log.addFilter(
@@ -98,6 +102,8 @@ class Viewer:
 
     def __init__(self, number: int, connection: ServerConnection) -> None:
         self.number = number
+        self.tab = _tab(connection)
+        """Name of the tab, which its connection to the 3D part has too."""
         self.connection = connection
         self._waiting: dict[str, str] = {}
         self._answers: list[str] = []
@@ -160,15 +166,22 @@ class PageServer:
         self._socket = _listen(host, port)
         self.port = self._socket.getsockname()[1]
         hosts = [f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in _names(host)]
-        self._guard = PageGuard(tuple(hosts), host in EVERY_ADDRESS)
+        self._guard = PageGuard(tuple(hosts), host in EVERY_ADDRESS, kept_token(port, os.environ))
         self.url = f"http://{hosts[0]}/#token={self._guard.token}"
         with _served_by(self._serve), contextlib.redirect_stdout(None):
             self.viser = viser.ViserServer(host, port, verbose=False)
         for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
             self.viser._websock_server.unregister_handler(message)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
-        self.viser.gui.set_panel_label("Layers")
-        self.viser.gui.main_panel.minimize()
+
+    def tab_of(self, client: int) -> str:
+        """Return the name of the tab that a client of viser belongs to; empty for a client without a page."""
+        connection = self.viser._websock_server._live_connections.get(client)
+        return _tab(connection) if connection is not None else ""
+
+    def viewers_in(self, tab: str) -> list[int]:
+        """Return the numbers of the viewers in a tab: one, or none while its page is closed."""
+        return [viewer.number for viewer in list(self.viewers.values()) if tab and viewer.tab == tab]
 
     def broadcast(self, kind: str, text: str) -> None:
         """Send a message to all viewers; it replaces an unsent message of the same kind. Thread-safe."""
@@ -177,6 +190,11 @@ class PageServer:
     def answer(self, viewer: int, text: str) -> None:
         """Send a message to one viewer, if it is still connected; thread-safe."""
         self._loop.call_soon_threadsafe(self._answer_viewer, viewer, text)
+
+    def answer_all(self, text: str) -> None:
+        """Send a message to all viewers, which no other message replaces; thread-safe."""
+        for number in list(self.viewers):
+            self.answer(number, text)
 
     def _answer_viewer(self, number: int, text: str) -> None:
         viewer = self.viewers.get(number)
@@ -246,9 +264,8 @@ class PageServer:
         if is_socket:
             return None
         if path in _FILES:
-            name = _FILES[path]
-            body = _STATIC.joinpath(name).read_bytes()
-            return _response(200, mimetypes.guess_type(name)[0] or "text/plain", body)
+            file = _FILES[path]
+            return _response(200, mimetypes.guess_type(file.name)[0] or "text/plain", file.read_bytes())
         if path == f"{SCENE}/":  # viser's page is one file; of the headers, viser looks up one, which could be doubled
             zipped = any("gzip" in value for value in request.headers.get_all("Accept-Encoding"))
             page = show(Request("/", Headers({"Accept-Encoding": "gzip"} if zipped else {})))
@@ -294,6 +311,13 @@ def number_of(message: Mapping[str, Any]) -> int | None:
     """Return the number that a viewer gave its request, which the answer repeats; None without an integer."""
     number = message.get("id")
     return number if type(number) is int else None
+
+
+def _tab(connection: ServerConnection) -> str:
+    """Return the name of a tab in the query of a request, at most 64 characters."""
+    query = connection.request.path.partition("?")[2] if connection.request is not None else ""
+    names = [part.removeprefix("tab=") for part in query.split("&") if part.startswith("tab=")]
+    return names[0][:64] if names else ""
 
 
 def _path(request: Request) -> str:

@@ -18,7 +18,7 @@ from graphengine.view.wire import Answer
 MAX_ASKED = 1000
 """Maximum number of waiting requests of viewers; if there are more, the oldest requests are discarded."""
 DEAD_MAN = 0.5
-"""Wall time without a drive command after which a driven robot is stopped, s."""
+"""Wall time without a request after which a driven robot is stopped and held keys are released, s."""
 
 
 class Driver(Protocol):
@@ -69,6 +69,7 @@ class Viewers:
         graphs: selected graph, by number of the viewer.
         newcomers: numbers of viewers to which their selected graph has not been sent yet.
         robots: selected robot, by number of the viewer.
+        plots: plotted expressions, by number of the viewer.
         topics: selected topic, by number of the viewer; only viewers with an open topics pane, empty if none is selected.
     """
 
@@ -80,6 +81,7 @@ class Viewers:
         self.graphs: dict[int, str] = {}
         self.newcomers: set[int] = set()
         self.robots: dict[int, str] = {}
+        self.plots: dict[int, Sequence[str]] = {}
         self.topics: dict[int, str] = {}
         self._queue = queue
         self._driver = driver
@@ -87,6 +89,8 @@ class Viewers:
         self._playback = playback
         self._driven: dict[str, float] = {}
         """Wall time of the last drive command on each drive topic, s."""
+        self._keys: dict[int, tuple[set[str], float]] = {}
+        """Keys that each viewer holds, and the wall time of its last request for keys, s."""
         self._asked: deque[tuple[Mapping[str, Any], Command | UsageError | None]] = deque(maxlen=MAX_ASKED)
         """Waiting requests; each command together with its parsed form, or the error in it."""
 
@@ -102,6 +106,11 @@ class Viewers:
         """Whether there are pending requests."""
         return bool(self._asked)
 
+    @property
+    def plotted(self) -> list[str]:
+        """The expressions that viewers plot, each once."""
+        return [*dict.fromkeys(text for texts in self.plots.values() for text in texts)] if self.plots else []
+
     def obey(self, page: Page, now: float) -> None:
         """Execute the waiting requests; stop driven robots that have received no drive command for `DEAD_MAN` s."""
         while self._asked:
@@ -109,25 +118,34 @@ class Viewers:
         for topic, driven in list(self._driven.items()):
             if now - driven > DEAD_MAN:
                 self._stop(topic)
+        for viewer, (keys, held) in list(self._keys.items()):
+            if keys and now - held > DEAD_MAN:
+                self._drop_keys(viewer)
 
     def leave(self) -> None:
         """Stop all robots that viewers drive; called when the viewers are gone."""
         for topic in list(self._driven):
             self._stop(topic)
+        for viewer in list(self._keys):
+            self._drop_keys(viewer)
 
     def _obey(self, page: Page, asked: Mapping[str, Any], parsed: Command | UsageError | None, now: float) -> None:
         viewer, what = asked["viewer"], asked.get("ask")
         if what == "show":
             self.number, self.layers = asked["viewers"], frozenset(asked["layers"])
         elif what == "gone":
-            for choices in (self.graphs, self.robots, self.topics):
+            for choices in (self.graphs, self.robots, self.topics, self.plots):
                 choices.pop(viewer, None)
             self.newcomers.discard(viewer)
+            self._drop_keys(viewer)
         elif what == "look":
             self.graphs[viewer] = _name(asked, "graph")
             self.newcomers.add(viewer)
         elif what == "select":
             self.robots[viewer] = _name(asked, "robot")
+        elif what == "plots":
+            texts = asked.get("series")
+            self.plots[viewer] = [text for text in texts if isinstance(text, str)] if isinstance(texts, list) else []
         elif what == "topics":
             self.topics.pop(viewer, None)
             if asked.get("open") is True:
@@ -140,6 +158,8 @@ class Viewers:
             )
         elif what == "drive":
             self._drive(page, asked, now)
+        elif what == "keys":
+            self._hold_keys(page, asked, now)
         elif parsed is not None:
             self._command(page, viewer, asked.get("id"), parsed)
 
@@ -176,6 +196,33 @@ class Viewers:
                 self._driven[topic] = now
         elif topic in self._driven:
             self._stop(topic)
+
+    def _hold_keys(self, page: Page, asked: Mapping[str, Any], now: float) -> None:
+        """Hold the keys that a viewer holds; a key that several viewers hold is released with the last of them."""
+        viewer, down = asked["viewer"], asked.get("down")
+        keys = {key for key in down if isinstance(key, str)} if isinstance(down, list) else set[str]()
+        before = self._all_keys()
+        self._keys[viewer] = keys, now
+        try:
+            self._change_keys(before)
+        except UsageError as error:
+            del self._keys[viewer]
+            page.tell(Answer(viewer, {"error": str(error)}))
+
+    def _all_keys(self) -> set[str]:
+        return set[str]().union(*(keys for keys, _ in self._keys.values()))
+
+    def _change_keys(self, before: set[str]) -> None:
+        """Press and release the keys by which the held keys differ from those before."""
+        now = self._all_keys()
+        for name, keys in (("press", now - before), ("release", before - now)):
+            if keys:
+                self._queue.ask(parse(name, {"keys": sorted(keys)}).apply)
+
+    def _drop_keys(self, viewer: int) -> None:
+        before = self._all_keys()
+        self._keys.pop(viewer, None)
+        self._change_keys(before)
 
     def _stop(self, topic: str) -> None:
         del self._driven[topic]

@@ -28,6 +28,9 @@ class LiveScene:
         focus: point at which cameras initially look, m.
         robots: name, prim path, namespace, file and sensors of each robot, as JSON values.
         definitions: message types.
+        topics: names of the topics that nodes publish or receive.
+        objects: names of the objects that can be moved.
+        keys: whether a node reads the keyboard.
     """
 
     title: str
@@ -38,6 +41,9 @@ class LiveScene:
     focus: tuple[float, float, float]
     robots: Sequence[Mapping[str, Any]] = ()
     definitions: Definitions = DEFINITIONS
+    topics: Sequence[str] = ()
+    objects: Sequence[str] = ()
+    keys: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +72,8 @@ class LiveState:
         poses: position (m) and quaternion (x, y, z, w) of each body, shape (bodies, 7).
         layers: data of the shown layers of the 3D part.
         values: short values of ports and variables, by selected graph, then by `Node.side:port` or `variable:name`.
-        nodes: executions, firings and microseconds per execution since the last frame, by selected graph, then by node.
+        nodes: executions, firings, microseconds per execution and place in the order of execution since the last frame in which
+            ticks ran, by selected graph, then by node.
         robots: pose and velocity of the selected robots, by name.
     """
 
@@ -74,7 +81,7 @@ class LiveState:
     poses: NDArray[np.float64]
     layers: FrameLayers = field(default_factory=FrameLayers)
     values: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    nodes: Mapping[str, Mapping[str, tuple[int, int, float]]] = field(default_factory=dict)
+    nodes: Mapping[str, Mapping[str, tuple[int, int, float, int]]] = field(default_factory=dict)
     robots: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
@@ -89,6 +96,26 @@ class PaneContent:
 
     kind: str
     content: Any
+
+
+@dataclass(frozen=True, slots=True)
+class PlotSamples:
+    """Samples of the expressions that viewers plot; unlike frames, none may be left out.
+
+    Attributes:
+        times: times of the samples, s; a time before the previous one begins the plots again.
+        values: values by expression, one for each time; None without a value.
+    """
+
+    times: Sequence[float]
+    values: Mapping[str, Sequence[float | None]]
+
+
+@dataclass(frozen=True, slots=True)
+class LogMessages:
+    """Messages that were logged since the last ones; `lines` are the fields of each `LogLine`."""
+
+    lines: Sequence[Mapping[str, Any]]
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from graphengine.control import channel as channels
 from graphengine.control import lines, runs
 from graphengine.control.channel import Channel
 from graphengine.control.client import Client, find
+from graphengine.format import runtime_folder as format_folder
 from graphengine.format.errors import ControlError, UsageError
 from tests.control.conftest import MakeTicking
 from tests.control.harness import Controlled, controlled
@@ -202,7 +203,7 @@ def test_the_socket_is_its_users_alone_and_is_gone_at_the_end(ticking: MakeTicki
 
 
 def test_what_a_killed_run_left_behind_is_removed_by_who_looks_next(ticking: MakeTicking, runtime: Runtime) -> None:
-    left = runs.folder(runtime) / "killed.1"
+    left = format_folder.folder(runtime) / "killed.1"
     with socket.socket(socket.AF_UNIX) as killed:
         killed.bind(str(left))
     with reachable(ticking, runtime):
@@ -211,7 +212,7 @@ def test_what_a_killed_run_left_behind_is_removed_by_who_looks_next(ticking: Mak
 
 
 def test_other_files_in_the_folder_are_left_alone(runtime: Runtime) -> None:
-    other = runs.folder(runtime) / "notes.txt"
+    other = format_folder.folder(runtime) / "notes.txt"
     other.write_text("mine", encoding="utf-8")
     assert runs.running(runtime) == []
     assert other.exists()
@@ -245,7 +246,7 @@ def test_a_folder_that_is_not_the_users_alone_is_not_used(runtime: Runtime, kind
         folder.mkdir()
         folder.chmod(0o777)
     with pytest.raises(ControlError, match="must be a folder that you own"):
-        runs.folder(runtime)
+        format_folder.folder(runtime)
 
 
 @pytest.mark.parametrize("runtime_folder", ["", "relative", "/nowhere/at/all"])
@@ -253,8 +254,8 @@ def test_without_a_runtime_folder_there_is_one_among_the_temporary_files(
     runtime: Runtime, monkeypatch: pytest.MonkeyPatch, runtime_folder: str
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", runtime["XDG_RUNTIME_DIR"])
-    monkeypatch.setattr(runs, "RUNTIME", "/nowhere")
-    folder = runs.folder({"XDG_RUNTIME_DIR": runtime_folder})
+    monkeypatch.setattr(format_folder, "RUNTIME", "/nowhere")
+    folder = format_folder.folder({"XDG_RUNTIME_DIR": runtime_folder})
     assert folder == Path(runtime["XDG_RUNTIME_DIR"]) / f"graphrun-{os.getuid()}"
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
@@ -262,7 +263,7 @@ def test_without_a_runtime_folder_there_is_one_among_the_temporary_files(
 def test_who_does_not_know_the_runtime_folder_finds_the_same_runs(
     ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(runs, "RUNTIME", runtime["XDG_RUNTIME_DIR"])
+    monkeypatch.setattr(format_folder, "RUNTIME", runtime["XDG_RUNTIME_DIR"])
     users = Path(runtime["XDG_RUNTIME_DIR"]) / f"{os.getuid()}"
     users.mkdir(mode=0o700)
     with controlled(ticking().session, paused=True) as run:

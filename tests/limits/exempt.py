@@ -104,6 +104,11 @@ TESTED = {
         "tests/compiler/test_budget.py::test_graphs_of_a_scene_hold_so_much_together"
     ),
     "view.page_server.MAX_MESSAGE": ("tests/view/test_page_server.py::test_who_sends_anything_else_is_disconnected"),
+    "view.plot_values.MAX_EXPRESSION": "tests/view/test_plot_values.py::test_a_mistake_is_told_and_ends_nothing",
+    "view.plot_values.MAX_STEPS": "tests/view/test_plot_values.py::test_a_mistake_is_told_and_ends_nothing",
+    "view.plot_values.MAX_SAMPLES": "tests/view/test_plot_values.py::test_there_is_a_most_of_series_and_of_unsent_samples",
+    "view.plot_values.MAX_SERIES": "tests/view/test_plot_values.py::test_there_is_a_most_of_series_and_of_unsent_samples",
+    "view.kept_token.LONGEST_PAUSE": "tests/view/test_kept_token.py::test_a_file_that_cannot_be_trusted_is_replaced",
     "view.page_server.MAX_VIEWERS": "tests/view/test_page_server.py::test_there_are_no_more_viewers_than_allowed",
 }
 """Test by the limit that it covers."""
@@ -148,6 +153,7 @@ BOUNDS_NO_INPUT = {
     ),
     "what a picture or the page shows": (
         "api.recording_view.LONGEST_SEEK",
+        "api.recording_view.MOST_POINTS",
         "physics.views.views.FARTHEST",
         "physics.views.views.LARGEST",
         "view.scene.body_dragging.FARTHEST",
@@ -155,7 +161,6 @@ BOUNDS_NO_INPUT = {
         "view.scene.frame_axes.MOST_NAMES",
         "view.scene.lidar_hits.BRIGHTEST",
         "view.scene.robot_trails.MOST_POINTS",
-        "view.scene.viewer_controls.FARTHEST",
     ),
     "a value above or below which a warning suggests another unit; it is used as it is": (
         "descriptions.joint_units._MOST_DEGREES",

@@ -17,11 +17,12 @@ class Browser3D:
 
     Args:
         url: of the page, with its token.
+        tab: name of the tab that the viewer's page has.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, tab: str = "tab") -> None:
         self.socket: ClientConnection = connect(
-            socket_of(url, "/3d"),
+            socket_of(url, "/3d", tab),
             subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
             max_size=None,
             close_timeout=0.5,  # s; what was not read holds the closing up

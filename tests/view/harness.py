@@ -54,10 +54,10 @@ def write_lab(folder: Path) -> Path:
     return path
 
 
-def socket_of(url: str, path: str) -> str:
-    """The address of a WebSocket of the page with this URL."""
+def socket_of(url: str, path: str, tab: str = "tab") -> str:
+    """The address of a WebSocket of the page with this URL, for the page in a tab."""
     base, _, token = url.partition("/#token=")
-    return f"{base.replace('http', 'ws')}{path}?token={token}"
+    return f"{base.replace('http', 'ws')}{path}?token={token}&tab={tab}"
 
 
 class Viewer:

@@ -51,9 +51,11 @@ def test_the_panes_show_the_run_and_what_strangers_wrote_is_text(sim: ge.Session
         until(page, f"document.querySelector('{field}')?.value")
         found["string"] = page.input_value(field)
         choose(page, "variable", "elapsed")
-        row = 'tr[data-port="variable:elapsed"].plotted'
+        row = 'tr[data-port="variable:elapsed"]'
         until(page, f"Number(document.querySelector('{row} .value')?.textContent) > 0.5")
-        until(page, "document.querySelector('#node-side canvas').width > 100")
+        page.click(f"{row} button")
+        until(page, f"document.querySelector('{row}.plotted')")
+        until(page, "document.querySelector('#charts canvas').width > 100")
 
         page.click("#topics-tab")
         page.click("button:text-is('/text')")

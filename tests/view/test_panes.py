@@ -152,7 +152,7 @@ def test_a_message_holds_what_a_stranger_wrote_as_it_is(sim: ge.Session) -> None
         return viewer.wait("message", lambda told: told["rows"])
 
     assert viewed(sim, play)["rows"] == [
-        {"depth": 0, "path": "data", "name": "data", "type": "string", "text": HOSTILE}
+        {"depth": 0, "path": "data", "name": "data", "type": "string", "text": HOSTILE, "plots": False}
     ]
 
 

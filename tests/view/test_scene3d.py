@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -26,9 +26,10 @@ from graphengine.view.layer_data import (
     SeenLidar,
 )
 from graphengine.view.page_server import PageServer
-from graphengine.view.scene import body_dragging, robot_trails, viewer_controls
+from graphengine.view.scene import body_dragging, camera_views, robot_trails, scene3d, viewer_controls
 from graphengine.view.scene.floor_picture import picture
 from graphengine.view.scene.scene3d import Scene3D
+from graphengine.view.scene.viewer_controls import ViewerControls
 from graphengine.view.wire import LiveScene, LiveState
 from tests.view.browser3d import Browser3D
 from tests.waiting import eventually
@@ -43,6 +44,7 @@ LAYERS = SceneLayers(
     [SeenCamera(Mount("/bot/camera", 1, NOWHERE), 1.0, 1.5)],
     [BOT, CRATE],
 )
+NODES = [f"/{name}" for name in (*scene3d.BODIES, *(layer.name for layer in scene3d.LAYERS))]
 QUARTER = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
 
 
@@ -58,7 +60,13 @@ class Page(Browser3D):
     def __init__(self, *, read_only: bool = False) -> None:
         self.commands: list[tuple[str, dict[str, Any]]] = []
         self.server = PageServer("127.0.0.1", 0, lambda viewer, message: None, dict)
-        self.scene = Scene3D(self.server.viser, lambda: None, lambda _, *command: self.commands.append(command))
+        self.picked: list[tuple[str, str]] = []
+        self.scene = Scene3D(
+            self.server.viser,
+            self.server.tab_of,
+            lambda _, *command: self.commands.append(command),
+            lambda *picked: self.picked.append(picked),
+        )
         layers = SceneLayers(LAYERS.frames, LAYERS.lidars, LAYERS.cameras, LAYERS.entities, read_only)
         self.stage = LiveScene("test", BODIES, [], {}, layers, ORIGIN)
         self.scene.show(self.stage)
@@ -72,8 +80,13 @@ class Page(Browser3D):
 
     def switch(self, title: str) -> None:
         """Switch a layer on."""
-        for layer in self.scene._layers:
-            layer.shown = layer.shown or layer.title == title
+        (name,) = [layer["name"] for layer in self.scene.layers if layer["title"] == title]
+        self.viewer.choices.layers |= {name}
+        self.scene.apply()
+
+    def select(self, name: str) -> None:
+        """Select an entity in the tree of the page."""
+        self.viewer.choices.selected = name
 
 
 @pytest.fixture
@@ -98,9 +111,9 @@ def test_hits_of_a_lidar_turn_with_it_and_have_the_colours_of_range_or_intensity
     assert np.asarray(cloud.points) == pytest.approx(np.array([[1, 2, 0]]), abs=2e-3)
     red, _, blue = cloud.colors[0].tolist()
     assert red > blue
-    page.scene._layers[0].colours = "intensity"  # type: ignore[attr-defined]
+    page.switch("Lidar intensity")
     page.scene.update(frame(1.0, layers=scan))
-    assert cloud.colors[0].tolist() == [253, 231, 37]
+    assert page.node("/intensity/bot/lidar").colors[0].tolist() == [253, 231, 37]
     page.scene.update(frame(1.0, layers=FrameLayers({"/bot/lidar": (np.full(2, np.inf, np.float32),) * 2})))
     assert not cloud.visible
 
@@ -167,34 +180,114 @@ def test_the_map_is_drawn_over_the_area_that_it_covers(page: Page) -> None:
     assert page.node("/map/cells") is not None
 
 
-def test_a_camera_follows_the_only_robot_until_a_click_and_again_after_another_one(
-    page: Page, monkeypatch: pytest.MonkeyPatch
-) -> None:
+RADIUS = math.hypot(0.5, 0.5, 0.1)
+"""Radius of the robot, which is a box around its origin, m."""
+
+
+@pytest.fixture
+def settled(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(viewer_controls, "UNTOUCHED", 0.0)
+    monkeypatch.setattr(viewer_controls, "BEGIN", 0.0)
+
+
+@pytest.mark.usefixtures("settled")
+def test_a_camera_frames_the_selection_and_follows_it_until_a_click_and_again_after_another_one(page: Page) -> None:
+    page.select("bot")
     page.scene.update(frame())
-    assert page.viewer.selected == "bot"
+    rise, distance = math.radians(camera_views.RISES[0]), camera_views.PER_RADIUS * RADIUS
+    away = np.array([0.0, -math.cos(rise), math.sin(rise)]) * distance
+    assert page.camera.position == pytest.approx(away, abs=1e-6)
     page.scene.update(frame(1.0))
     assert page.camera.look_at == pytest.approx([1, 0, 0])
-    assert page.camera.position == pytest.approx([1, -5, 3])
+    assert page.camera.position == pytest.approx([1, 0, 0, *away])
     page.look((1.0, 4.0, 2.0), (1.0, 0.0, 0.0))
     assert eventually(lambda: page.camera.position[1] == 4.0)
     page.scene.update(frame(2.0))
     assert page.camera.position == pytest.approx([2, 4, 2])
     page.click("/robots/0")
-    assert eventually(lambda: page.viewer.selected == "")
+    assert eventually(lambda: page.picked == [("tab", "")])
     page.scene.update(frame(3.0))
     assert page.camera.look_at == pytest.approx([2, 0, 0])
     page.click("/robots/0")
-    assert eventually(lambda: page.viewer.selected == "bot")
+    assert eventually(lambda: page.picked[1:] == [("tab", "bot")])
     page.scene.update(frame(3.0))
     assert page.camera.look_at == pytest.approx([3, 0, 0])
 
 
+@pytest.mark.usefixtures("settled")
+def test_a_camera_stands_behind_above_or_in_the_robot(page: Page) -> None:
+    page.select("bot")
+    page.viewer.choices.choose({"view": "chase"})
+    page.scene.update(frame(turn=QUARTER))
+    assert page.camera.position[0] == pytest.approx(0.0, abs=1e-6)
+    assert page.camera.position[1] < -2.0  # the robot looks along y
+    page.viewer.choices.choose({"view": "top"})
+    page.scene.update(frame(5.0))
+    assert page.camera.position[2] == pytest.approx(1.6 * camera_views.PER_RADIUS * RADIUS)
+    assert page.camera.position[:2] == pytest.approx([5.0, 0.0], abs=0.1)
+    page.viewer.choices.choose({"view": "robot"})
+    page.scene.update(frame(5.0))
+    assert page.camera.position == pytest.approx([5, 0, 0])
+    assert page.camera.look_at == pytest.approx([5, 0, -1])  # a camera looks along -z of its frame
+    assert page.camera.fov == LAYERS.cameras[0].field_of_view
+    page.viewer.choices.choose({"view": "no such view"})
+    assert page.viewer.choices.view == "robot"
+
+
+def test_nothing_is_between_a_camera_and_what_it_shows() -> None:
+    """A wall of 2 m height stands 1 m beside the point; the camera rises until its line of sight passes over the wall."""
+    wall = VisibleShape("box", (0.1, 5.0, 1.0), 0, ((1.0, 0.0, 1.0), IDENTITY), (1.0, 1.0, 1.0, 1.0))
+    walls = camera_views.Boxes.of(Bodies(["world"], [False], [wall]), [0])
+    poses, focus = np.array([[*ORIGIN, *IDENTITY]]), np.zeros(3)
+    place = camera_views.stand(walls, poses, focus, 0.0, 4.0)
+    assert np.linalg.norm(place) == pytest.approx(4.0)
+    rise = math.degrees(math.asin(place[2] / 4.0))
+    over = math.degrees(math.atan2(2.0, 0.9))
+    assert rise == pytest.approx(next(one for one in camera_views.RISES if one > over))
+    assert camera_views.stand(walls, poses, focus, math.pi, 4.0)[2] == pytest.approx(4 * math.sin(math.radians(25)))
+    share = walls.free(poses, focus, np.array([3.0, 0.0, 0.0]))
+    assert share == pytest.approx(0.9 / 3.0)
+    assert camera_views.closer(focus, np.array([3.0, 0.0, 0.0]), share) == pytest.approx([0.81, 0.0, 0.0])
+
+
+def test_each_viewer_has_its_own_selection_and_layers(page: Page) -> None:
+    other = Browser3D(page.server.url, "other")
+    assert eventually(lambda: len(page.scene._viewers) == 2)
+    page.click("/robots/0")
+    assert eventually(lambda: page.picked == [("tab", "bot")])
+    assert page.scene.choices("other").selected == ""
+    page.scene.choices("other").choose({"layers": ["robots", "contacts"]})
+    page.scene.apply()
+    assert set(page.scene.shown) == {"lidar", "contacts"}
+    (second,) = [viewer for viewer in page.scene._viewers.values() if viewer.tab == "other"]
+    assert visible(second, lambda: second.show_layers(page.scene._nodes)) == {"/robots", "/contacts"}
+    shown = visible(page.viewer, lambda: page.scene.update(frame()))
+    assert shown == {"/robots", "/objects", "/world", "/lidar"}
+    page.scene.leave("other")
+    assert set(page.scene.shown) == {"lidar"}
+    other.socket.close()
+
+
+def visible(viewer: ViewerControls, update: Callable[[], None]) -> set[str]:
+    """The layers that a viewer's browser is told to show in a frame."""
+    told: dict[str, bool] = {}
+    connection = viewer._client._websock_connection
+
+    def take(message: Any) -> None:
+        if isinstance(message, _messages.SetSceneNodeVisibilityMessage) and message.name in NODES:
+            told[message.name] = message.visible
+
+    with pytest.MonkeyPatch.context() as patching:
+        patching.setattr(connection, "queue_message", take)
+        update()
+    assert len(told) == len(NODES)
+    return {name for name, shown in told.items() if shown}
+
+
 @pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (math.nan, 0.0, 0.0)])
-def test_a_camera_that_makes_no_sense_ends_nothing(
-    page: Page, place: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(viewer_controls, "UNTOUCHED", 0.0)
+@pytest.mark.usefixtures("settled")
+def test_a_camera_that_makes_no_sense_ends_nothing(page: Page, place: tuple[float, float, float]) -> None:
+    page.select("bot")
     before = page.camera._state
     page.look(place, ORIGIN)
     assert eventually(lambda: page.camera._state is not before)
@@ -206,11 +299,13 @@ def test_a_camera_that_makes_no_sense_ends_nothing(
 
 
 def test_an_entity_that_is_gone_is_let_go(page: Page) -> None:
+    page.select("crate")
+    page.viewer.choices.choose({"moves": True})
     page.scene.update(frame())
-    page.viewer.click("crate")
+    assert page.viewer._handles._controls is not None
     page.scene.show(LiveScene("test", BODIES, [], {}, SceneLayers(entities=[BOT]), ORIGIN))
     page.scene.update(frame())
-    assert page.viewer.selected == ""
+    assert page.viewer._handles._controls is None
 
 
 def test_a_pull_pushes_at_most_each_tenth_of_a_second_until_it_ends(page: Page) -> None:
@@ -248,8 +343,8 @@ def test_a_pull_brings_a_body_to_the_mouse_and_no_farther(monkeypatch: pytest.Mo
 
 def test_handles_move_an_entity_to_where_they_are_dragged(page: Page) -> None:
     page.scene.update(frame())
-    page.viewer.click("crate")
-    page.viewer._moves.value = True  # type: ignore[misc]
+    page.select("crate")
+    page.viewer.choices.choose({"moves": True})
     page.scene.update(frame())
     controls = page.viewer._handles._controls
     assert controls is not None
@@ -275,11 +370,12 @@ def test_handles_move_an_entity_to_where_they_are_dragged(page: Page) -> None:
 def test_who_may_only_look_has_nothing_to_pull_or_move_by() -> None:
     page = Page(read_only=True)
     page.scene.update(frame())
-    assert not page.viewer._moves.visible
+    page.viewer.choices.choose({"moves": True})
     page.drag("start", (1.0, 0.0, 0.0))
     page.click("/robots/0")
-    assert eventually(lambda: page.viewer.selected == "")
+    assert eventually(lambda: page.viewer.selected == "bot")
     page.scene.update(frame())
+    assert page.viewer._handles._controls is None
     assert page.commands == []
     page.socket.close()
     page.server.close()

@@ -1,7 +1,7 @@
 """Conditions: expressions over readings of a session, such as `tilt("dd100") < 0.1`, evaluated to samples with a margin.
 
 Numeric operands of comparisons are compiled once to plain Python, after each of their parts is checked to be harmless. The
-`Guard` of `graphengine.sandbox.expressions` evaluates all other operands, such as fields of messages.
+`FieldGuard` of `graphengine.sandbox.expressions` evaluates all other operands, such as fields of messages.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import contextlib
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -20,7 +20,7 @@ from graphengine.api.expectations.operators import Sample
 from graphengine.format.errors import GraphError, UsageError
 from graphengine.format.stateful import Stateful
 from graphengine.format.wording import printable, shown
-from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
+from graphengine.sandbox.expressions import FUNCTIONS, FieldGuard, ForbiddenError, compiled
 
 Kind = Literal["number", "vector", "record", "other"]
 """`number` is a bool, int or float, `vector` a tuple or array of numbers, `record` an object with fields of these kinds."""
@@ -168,7 +168,7 @@ class Expression:
             def evaluate() -> Any:
                 for name, read in reads.items():
                     names[name] = read()
-                return _FieldGuard().evaluate(code, names)
+                return FieldGuard().evaluate(code, names)
 
             return evaluate
         return self._plain(node)
@@ -265,20 +265,6 @@ def _whole(index: ast.expr) -> int | None:
     except ValueError:
         return None
     return value if type(value) is int else None
-
-
-class _FieldGuard(Guard):
-    """Lets expressions read the fields of messages and of other records."""
-
-    def attribute(self, value: Any, name: str) -> Any:
-        if name in getattr(value, "__dataclass_fields__", ()) and not name.startswith("_"):
-            return getattr(value, name)
-        return super().attribute(value, name)
-
-    def attributes(self, value: Any) -> Collection[str]:
-        if hasattr(value, "__dataclass_fields__"):
-            return [name for name in value.__dataclass_fields__ if not name.startswith("_")]
-        return super().attributes(value)
 
 
 class _Binder(ast.NodeTransformer):

@@ -23,7 +23,7 @@ SIZE = 0.15
 class CameraFrusta(Layer):
     """Draws one frustum with the camera's image for each camera."""
 
-    name = CAMERAS
+    name = needs = CAMERAS
     title = "Cameras"
     hint = "One camera of each rig with its image, a few times per second; rendering takes CPU time of the run"
 

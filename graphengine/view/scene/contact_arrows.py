@@ -19,7 +19,7 @@ COLOUR = (214, 51, 132)
 class ContactArrows(Layer):
     """A point and an arrow for each contact. The arrow shows the force on the movable body, 1 m for 100 N."""
 
-    name = CONTACTS
+    name = needs = CONTACTS
     title = "Contacts"
     hint = "Contact points between bodies, and their forces: 1 m for 100 N"
 

@@ -30,14 +30,13 @@ class Batch:
 
 
 class DrawnBodies:
-    """A group of bodies that is shown or hidden as a whole.
+    """A group of bodies that viewers show or hide as a whole.
 
     Args:
         scene: viser scene to draw in.
         path: path of the parent node in the viser scene.
 
     Attributes:
-        shown: whether the group is shown.
         batches: batches of the drawn shapes.
     """
 
@@ -45,19 +44,17 @@ class DrawnBodies:
         self._scene = scene
         self._path = path
         self._last: Poses | None = None
-        self.shown = True
         self.batches: Sequence[Batch] = ()
 
     def draw(self, bodies: Bodies, chosen: Collection[int]) -> None:
         """Draw the bodies in the rows `chosen`; called after a reset of the viser scene."""
-        self._root = self._scene.add_frame(self._path, show_axes=False, visible=self.shown)
+        self._scene.add_frame(self._path, show_axes=False)
         groups = alike((shape for shape in bodies.shapes if shape.body in chosen), bodies)
         self.batches = [self._draw(f"{self._path}/{number}", shapes, bodies) for number, shapes in enumerate(groups)]
         self._last = None
 
     def update(self, poses: Poses) -> None:
-        """Show or hide the group, and update the poses of bodies that have moved."""
-        self._root.visible = self.shown
+        """Update the poses of bodies that have moved."""
         last, self._last = self._last, poses
         changed = (poses != last).any(axis=1) if last is not None and last.shape == poses.shape else None
         for batch in self.batches:

@@ -17,7 +17,7 @@ OCCUPIED, FREE = (20, 24, 40, 235), (60, 150, 90, 80)
 class FloorPicture(Layer):
     """The occupancy map that `graphrun map` makes: occupied cells are dark, free cells green."""
 
-    name = FLOOR
+    name = needs = FLOOR
     title = "Map"
     hint = "The occupancy map of the scene at time 0, as graphrun map makes it: obstacles dark, free floor green"
     _floor: FloorMap | None = None

@@ -22,16 +22,18 @@ class Layer:
         scene: viser scene to draw in.
 
     Attributes:
-        name: name of the layer in `FrameLayers` and in requests to the run.
+        name: name of the layer in requests of viewers.
         title: title in the panel of the 3D part.
         hint: tooltip in this panel.
-        shown: whether the layer is shown.
+        shown: whether a viewer shows the layer; each viewer gets its own visibility.
+        needs: name of the layer's data in `FrameLayers`; empty if body poses are enough.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     hint: ClassVar[str]
     shown: bool = False
+    needs: ClassVar[str] = ""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
@@ -39,12 +41,11 @@ class Layer:
 
     def draw(self, layers: SceneLayers) -> None:
         """Draw the layer for a new scene; called after a reset of the viser scene."""
-        self._root = self._scene.add_frame(self.path, show_axes=False, visible=self.shown)
+        self._scene.add_frame(self.path, show_axes=False, visible=False)
         self._draw(layers)
 
     def update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Show or hide the layer, and draw its data of a frame."""
-        self._root.visible = self.shown
+        """Draw the layer's data of a frame."""
         self._update(poses, frame)
 
     def _draw(self, layers: SceneLayers) -> None: ...

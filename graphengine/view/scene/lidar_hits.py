@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,11 @@ DARK_TO_BRIGHT = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (25
 
 
 class LidarHits(Layer):
-    """Points that lidar beams hit; `colours` selects whether their colours show range or intensity."""
+    """Points that lidar beams hit, with colours by range."""
 
-    name = LIDAR
+    name = needs = LIDAR
     title = "Lidar"
-    hint = "Points that lidar beams hit"
-    shown = True
-    colours: Literal["range", "intensity"] = "range"
+    hint = "Points that lidar beams hit, coloured by range"
 
     def _draw(self, layers: SceneLayers) -> None:
         self._carried = Carried.of([(lidar.mount.body, lidar.mount.pose) for lidar in layers.lidars])
@@ -41,7 +39,7 @@ class LidarHits(Layer):
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
         """Show the hits of a frame."""
-        if not frame.scans:
+        if not self.shown or not frame.scans:
             return
         positions, rotations = self._carried.at(poses)
         for row, (path, cloud) in enumerate(self._clouds.items()):
@@ -54,10 +52,21 @@ class LidarHits(Layer):
                 continue
             turns = np.broadcast_to(rotations[row], (int(hit.sum()), 4))
             cloud.points = positions[row] + turned(turns, self._beams[path][hit] * ranges[hit, None])
-            if self.colours == "range":
-                cloud.colors = _mixed(NEAR_TO_FAR, ranges[hit] / FAR)
-            else:
-                cloud.colors = _mixed(DARK_TO_BRIGHT, intensities[hit] / BRIGHTEST)
+            cloud.colors = self._colours(ranges[hit], intensities[hit])
+
+    def _colours(self, ranges: Floats, intensities: Floats) -> NDArray[np.uint8]:
+        return _mixed(NEAR_TO_FAR, ranges / FAR)
+
+
+class LidarIntensities(LidarHits):
+    """Points that lidar beams hit, with colours by intensity."""
+
+    name = "intensity"
+    title = "Lidar intensity"
+    hint = "Points that lidar beams hit, coloured by intensity"
+
+    def _colours(self, ranges: Floats, intensities: Floats) -> NDArray[np.uint8]:
+        return _mixed(DARK_TO_BRIGHT, intensities / BRIGHTEST)
 
 
 def _mixed(steps: tuple[tuple[int, int, int], ...], where: Floats) -> NDArray[np.uint8]:

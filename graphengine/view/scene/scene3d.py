@@ -1,32 +1,43 @@
-"""The 3D part of a page: bodies and layers, the panel that shows or hides them, and the controls of each viewer."""
+"""The 3D part of a page: bodies and layers, and the controls of each viewer."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from graphengine.devices.visible import Bodies
 from graphengine.view.layer_data import SceneLayers, SeenEntity
 from graphengine.view.scene.camera_frusta import CameraFrusta
+from graphengine.view.scene.camera_views import Boxes
 from graphengine.view.scene.carried import Carried
 from graphengine.view.scene.contact_arrows import ContactArrows
 from graphengine.view.scene.drawn_bodies import Batch, DrawnBodies
 from graphengine.view.scene.floor_picture import FloorPicture
 from graphengine.view.scene.frame_axes import FrameAxes
 from graphengine.view.scene.layer import Layer
-from graphengine.view.scene.lidar_hits import LidarHits
+from graphengine.view.scene.lidar_hits import LidarHits, LidarIntensities
 from graphengine.view.scene.robot_trails import RobotTrails
+from graphengine.view.scene.viewer_choices import ViewerChoices
 from graphengine.view.scene.viewer_controls import ViewerControls
 from graphengine.view.wire import LiveScene, LiveState
 
 if TYPE_CHECKING:
     import viser
 
-LAYERS: Sequence[type[Layer]] = (LidarHits, CameraFrusta, FrameAxes, ContactArrows, RobotTrails, FloorPicture)
-BODIES = ("Robots", "Objects", "World")
-"""Titles of the groups of bodies, in the panel: robots, other movable entities, and fixed bodies."""
+LAYERS: Sequence[type[Layer]] = (
+    LidarHits,
+    LidarIntensities,
+    CameraFrusta,
+    FrameAxes,
+    ContactArrows,
+    RobotTrails,
+    FloorPicture,
+)
+BODIES = {"robots": "Robots", "objects": "Objects", "world": "World"}
+"""Names and titles of the groups of bodies: robots, other movable entities, and fixed bodies."""
 PULL_KEY: Literal["cmd/ctrl"] = "cmd/ctrl"
 """Key to hold while dragging with the left mouse button to pull a body; without the key, a drag turns the camera."""
 
@@ -36,65 +47,66 @@ class Scene3D:
 
     Args:
         server: viser server.
-        shown: called when a viewer shows or hides a layer.
-        command: sends a command to the run; its arguments are the viewer's client id in viser, the name of the command, and
-            the arguments of the command.
+        tab_of: returns the name of the tab that a client of viser belongs to, by client id; empty for a client without a page.
+        command: sends a command to the run; its arguments are the name of the tab, the name of the command, and the arguments
+            of the command.
+        picked: called with the name of a tab and of the entity that its viewer clicks; empty if nothing is selected any more.
     """
 
     def __init__(
         self,
         server: viser.ViserServer,
-        shown: Callable[[], None],
-        command: Callable[[int, str, dict[str, Any]], None],
+        tab_of: Callable[[int], str],
+        command: Callable[[str, str, dict[str, Any]], None],
+        picked: Callable[[str, str], None],
     ) -> None:
         self._server = server
-        self._shown = shown
+        self._tab_of = tab_of
         self._command = command
-        self._bodies = {kind: DrawnBodies(server.scene, f"/{kind.lower()}") for kind in BODIES}
+        self._picked = picked
+        self._bodies = {name: DrawnBodies(server.scene, f"/{name}") for name in BODIES}
         self._layers = [layer(server.scene) for layer in LAYERS]
+        self._nodes = {name: f"/{name}" for name in BODIES} | {layer.name: layer.path for layer in self._layers}
         self._scene = SceneLayers()
         self._owners: dict[int, SeenEntity] = {}
         """Entity of each movable body, by row of the body."""
         self._carried = Carried.of([])
+        self._walls, self._shapes = Boxes.of(Bodies(), ()), dict[str, Boxes]()
         self._viewers: dict[int, ViewerControls] = {}
+        self._choices: dict[str, ViewerChoices] = {}
+        """Choices of the viewers by the name of the tab."""
         # Set before the first viewer connects: viser's default light and shadows take a browser seconds to build.
         server.scene.set_up_direction("+z")
         server.scene.configure_environment_map(None)
         server.scene.configure_default_lights(enabled=False)
-        self._add_panel()
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._forget)
 
-    def _add_panel(self) -> None:
-        for title, bodies in self._bodies.items():
-            self._add_switch(title, "", bodies)
-        for layer in self._layers:
-            self._add_switch(layer.title, layer.hint, layer)
-            if isinstance(layer, LidarHits):
-                self._add_colours(layer)
-        self._note = self._server.gui.add_markdown("", visible=False)
-
-    def _add_switch(self, title: str, hint: str, switched: Layer | DrawnBodies) -> None:
-        box = self._server.gui.add_checkbox(title, switched.shown, hint=hint or None)
-
-        def switch(_: object) -> None:
-            switched.shown = bool(box.value)
-            self._shown()
-
-        box.on_update(switch)
-
-    def _add_colours(self, layer: LidarHits) -> None:
-        colours: Any = self._server.gui.add_dropdown("Lidar colours", ("range", "intensity"))
-
-        def choose(_: object) -> None:
-            layer.colours = colours.value
-
-        colours.on_update(choose)
+    @property
+    def layers(self) -> Sequence[Mapping[str, str]]:
+        """Name, title and tooltip of each layer that viewers can show, as JSON values."""
+        bodies = [{"name": name, "title": title, "hint": ""} for name, title in BODIES.items()]
+        return [*bodies, *({"name": one.name, "title": one.title, "hint": one.hint} for one in self._layers)]
 
     @property
     def shown(self) -> Sequence[str]:
-        """Names of the shown layers."""
-        return [layer.name for layer in self._layers if layer.shown]
+        """Names of the data in `FrameLayers` that the shown layers need."""
+        return [*dict.fromkeys(layer.needs for layer in self._layers if layer.shown and layer.needs)]
+
+    def choices(self, tab: str) -> ViewerChoices:
+        """Return the choices of the viewer in a tab; call `apply` after a change."""
+        return self._choices.setdefault(tab, ViewerChoices())
+
+    def apply(self) -> None:
+        """Draw the layers that at least one viewer shows."""
+        shown = frozenset[str]().union(*(choices.layers for choices in self._choices.values()))
+        for layer in self._layers:
+            layer.shown = layer.name in shown
+
+    def leave(self, tab: str) -> None:
+        """Forget the choices of a viewer whose page is closed."""
+        self._choices.pop(tab, None)
+        self.apply()
 
     def show(self, stage: LiveScene) -> None:
         """Draw a new scene in place of the previous one."""
@@ -105,9 +117,11 @@ class Scene3D:
         self._scene = stage.layers
         self._owners = {row: entity for entity in stage.layers.entities for row in entity.bodies}
         self._carried = Carried.of([(entity.mount.body, entity.mount.pose) for entity in stage.layers.entities])
+        self._shapes = {one.mount.name: Boxes.of(stage.bodies, one.bodies) for one in stage.layers.entities}
         robots = {row for row, entity in self._owners.items() if entity.robot}
         others = self._owners.keys() - robots
         still = set(range(len(stage.bodies.names))) - self._owners.keys()
+        self._walls = Boxes.of(stage.bodies, still)
         for bodies, rows in zip(self._bodies.values(), (robots, others, still), strict=True):
             bodies.draw(stage.bodies, rows)
             for batch in bodies.batches if rows is not still else ():
@@ -121,38 +135,32 @@ class Scene3D:
             bodies.update(state.poses)
         for layer in self._layers:
             layer.update(state.poses, state.layers)
-        note = "\n\n".join(state.layers.notes.values())
-        if note != self._note.content:
-            self._note.content, self._note.visible = note, bool(note)
         viewers = list(self._viewers.values())
-        for viewer in viewers:
-            if viewer.scene is not self._scene:
-                viewer.offer(self._scene)
         placed = (
             zip(*self._carried.at(state.poses), strict=True) if any(viewer.needs_poses for viewer in viewers) else ()
         )
         poses = dict(zip((entity.mount.name for entity in self._scene.entities), placed, strict=False))
         for viewer in viewers:
-            viewer.update(state.facts["time"], poses)
-
-    def select(self, name: str) -> None:
-        """Select the entity that a viewer selected in the page's tree; do nothing unless exactly one viewer is connected."""
-        viewers = list(self._viewers.values())
-        known = any(entity.mount.name == name for entity in self._scene.entities)
-        if len(viewers) == 1 and known and viewers[0].selected != name:
-            viewers[0].click(name)
-
-    def tell(self, client: int, error: str) -> None:
-        """Show a viewer the error of a refused command; `client` is the viewer's client id in viser."""
-        if client in self._viewers:
-            self._viewers[client].tell(error)
+            viewer.scene = self._scene
+            viewer.show_layers(self._nodes)
+            viewer.update(state.facts["time"], poses, state.poses, self._walls, self._shapes)
 
     def _welcome(self, client: viser.ClientHandle) -> None:
-        command = functools.partial(self._command, client.client_id)
-        self._viewers[client.client_id] = ViewerControls(client, command)
+        tab = self._tab_of(client.client_id)
+        command = functools.partial(self._command, tab)
+        self._viewers[client.client_id] = ViewerControls(client, tab, self.choices(tab), command)
+        self.apply()
 
     def _forget(self, client: viser.ClientHandle) -> None:
-        self._viewers.pop(client.client_id, None)
+        viewer = self._viewers.pop(client.client_id, None)
+        if viewer is not None and not viewer.tab:
+            self.leave("")
+
+    def _pick(self, viewer: ViewerControls, name: str) -> None:
+        """Select an entity, or deselect it if it is selected; the other parts of the page follow."""
+        chosen = "" if viewer.selected == name else name
+        viewer.choices.selected = chosen
+        self._picked(viewer.tab, chosen)
 
     def _let_touch(self, batch: Batch) -> None:
         """Let viewers select entities with a click on a shape of the batch, and pull entities with a drag."""
@@ -160,7 +168,7 @@ class Scene3D:
         def click(event: viser.SceneNodePointerEvent[Any]) -> None:
             viewer, entity = self._viewers.get(event.client_id), self._touched(batch, event.instance_index)
             if viewer is not None and entity is not None:
-                viewer.click(entity.mount.name)
+                self._pick(viewer, entity.mount.name)
 
         async def drag(event: viser.SceneNodeDragEvent[Any]) -> None:
             viewer, entity = self._viewers.get(event.client_id), self._touched(batch, event.instance_index)

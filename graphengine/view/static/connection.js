@@ -1,7 +1,7 @@
 // The WebSocket to the run: passes messages to listeners by kind, and sends requests of the viewer.
 const listeners = {};
 const answers = new Map();
-let socket, asked = 0, ended = false;
+let socket, asked = 0, run = "";
 
 export function on(kind, take) {
   (listeners[kind] ??= []).push(take);
@@ -20,9 +20,8 @@ export function connect() {
   };
   socket.onopen = () => tell("open");
   socket.onclose = () => {
-    if (ended) return;
     tell("lost");
-    setTimeout(connect, 1000);
+    setTimeout(connect, 1000); // until the run, or the next one on this port, answers
   };
 }
 
@@ -30,18 +29,23 @@ export function ask(what) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
 }
 
-// Sends a command to the run; the response has a result or an error, which is also shown as a message.
-export function command(name, args = {}) {
+// Sends a command to the run; the response has a result or an error, which is also shown as a message unless `quiet`.
+export function command(name, args = {}, quiet = false) {
   return new Promise((resolve) => {
     const id = ++asked;
-    answers.set(id, resolve);
+    answers.set(id, { resolve, quiet });
     ask({ ask: "command", id, command: name, arguments: args });
   });
 }
 
 on("answer", (answer) => {
-  tell("notice", answer.error ?? "");
-  answers.get(answer.id)?.(answer);
+  const waiting = answers.get(answer.id);
+  if (!waiting?.quiet) tell("notice", answer.error ?? "");
+  waiting?.resolve(answer);
   answers.delete(answer.id);
 });
-on("ended", () => { ended = true; });
+// A new run on the same port: the page begins anew, with the selection in its address.
+on("run", (name) => {
+  if (run && run !== name) location.reload();
+  run = name;
+});

@@ -72,12 +72,17 @@ export function bytes(count) {
   return `${size === 1 ? Math.round(count) : (count / size).toPrecision(3)} ${unit}`;
 }
 
-on("lost", () => showState("disconnected", "the run has ended, or it was started again: open the address that graphrun printed"));
+let over = false; // whether the run has told its end
+on("lost", () => {
+  if (!over) showState("disconnected", "waiting for the run; one that is started again on this --view-port shows itself here");
+});
+on("open", () => { if (over) location.reload(); });
 on("locked", () => {
   showState("disconnected");
   showFailure("Open the address that graphrun printed: it contains the token of this run.");
 });
 on("ended", ({ error }) => {
+  over = true;
   showState(error ? "failed" : "ended");
   showFailure(error);
   for (const control of document.querySelectorAll("header button, header input, header select")) control.disabled = true;

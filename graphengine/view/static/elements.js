@@ -1,4 +1,5 @@
 // Helpers to find, create and fill elements. Strings are inserted as text, never as HTML: names come from files and the network.
+const TINY = 1e-9; // numbers below are rounding errors
 export const $ = (id) => document.getElementById(id);
 
 export function element(kind, text = "", className = "", attributes = {}) {
@@ -7,8 +8,9 @@ export function element(kind, text = "", className = "", attributes = {}) {
   return made;
 }
 
-export function button(text, pressed, className = "") {
-  const made = element("button", text, className, { type: "button" });
+// Creates a button; the name explains a text that is only a sign.
+export function button(text, pressed, className = "", name = "") {
+  const made = element("button", text, className, { type: "button", ...(name && { title: name, "aria-label": name }) });
   made.onclick = pressed;
   return made;
 }
@@ -20,7 +22,24 @@ export function put(node, text) {
 
 // Formats a number with the given significant digits; returns other values unchanged.
 export function brief(value, digits = 6) {
-  return typeof value === "number" ? String(+value.toPrecision(digits)) : (value ?? "");
+  if (typeof value !== "number") return value ?? "";
+  return Math.abs(value) < TINY ? "0" : String(+value.toPrecision(digits));
+}
+
+// Formats a number with five digits, also trailing zeros, so that a changing number keeps its width.
+export function steady(value) {
+  if (typeof value !== "number") return String(value ?? "");
+  if (Number.isInteger(value) || Math.abs(value) < TINY) return String(Math.round(value));
+  const size = Math.floor(Math.log10(Math.abs(value)));
+  return size < -4 || size > 8 ? value.toExponential(3) : value.toFixed(Math.max(4 - Math.max(size, 0), 0));
+}
+
+export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+export function download(name, blob) {
+  const link = element("a", "", "", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
 // Creates a paragraph in which long names may break after a dot or a slash.
@@ -38,11 +57,14 @@ export function showDetail(id) {
 // Creates a position in a file with a button that copies it as `path:line` for editors.
 export function place(shown, copied) {
   const line = note(shown);
-  const copy = button("copy", () => copyText(copied, copy), "small");
-  copy.title = `copy ${copied}`;
-  copy.setAttribute("aria-label", `copy the place ${shown}`);
-  line.append(" ", copy);
+  line.append(" ", copyButton(() => copied, `copy ${copied}`));
   return line;
+}
+
+// Creates a button that copies the text that a function returns.
+export function copyButton(text, name, sign = "copy") {
+  const made = button(sign, () => copyText(text(), made), "small", name);
+  return made;
 }
 
 async function copyText(text, source) {
@@ -56,6 +78,7 @@ async function copyText(text, source) {
     field.remove();
     source.focus();
   }
+  const sign = source.textContent;
   source.textContent = "copied";
-  setTimeout(() => { source.textContent = "copy"; }, 1500);
+  setTimeout(() => { source.textContent = sign; }, 1500);
 }

@@ -5,9 +5,13 @@ import "./tree.js";
 import "./robot.js";
 import "./graphs.js";
 import "./node.js";
+import "./picture.js";
+import "./plots.js";
 import "./topics.js";
 import "./findings.js";
 import "./keyboard.js";
+import "./log.js";
+import "./help.js";
 import "./recording.js";
 
 connect();

@@ -1,6 +1,7 @@
 // Controls of a recording: slider, replayed part, events and playback.
 import { ask, on } from "./connection.js";
 import { $, element } from "./elements.js";
+import { link } from "./selection.js";
 
 const SIGNS = { command: "◆", reset: "↺", contact: "●", verdict: "⚑", error: "✕" }; // of several events at one position, the last is shown
 const PLACES = 80, LINES = 10;
@@ -15,8 +16,11 @@ const percent = (tick) => `${(100 * tick) / Math.max(shown.length, 1)}%`;
 on("frame", ({ facts: { recording } }) => {
   if (!recording) return;
   const resized = shown?.length !== recording.length;
-  if (!shown) begin();
+  const first = !shown;
+  if (first) begin();
   shown = recording;
+  if (first && linked.has("t")) seek(Math.round(Number(linked.get("t")) / shown.seconds) || 0);
+  else if (asking === null && shown.complete) link({ t: seconds(shown.position) });
   $("playback").textContent = shown.playing ? "Pause" : "Play";
   $("place").textContent = `${seconds(shown.position)} / ${seconds(shown.length)} s`;
   $("slider").max = shown.length;
@@ -66,7 +70,7 @@ function groups() {
 }
 
 // While the slider moves, requests at most one position per browser frame: the last.
-function seek(tick) {
+export function seek(tick) {
   if (asking === null) {
     requestAnimationFrame(() => {
       play({ do: "seek", tick: asking });

@@ -2,6 +2,7 @@
 import { ask, on } from "./connection.js";
 import { bytes } from "./control.js";
 import { $, element, put, showDetail } from "./elements.js";
+import { plot } from "./plots.js";
 import { onTab, shown, showTab } from "./tabs.js";
 
 const rows = new Map(); // by topic
@@ -97,6 +98,10 @@ function fieldRow(row) {
       fold();
     };
     name.append(button);
+  } else if (row.plots) {
+    const choose = element("button", row.name, "plain", { type: "button", title: `plot ${row.path}` });
+    choose.onclick = () => plot(`message("${looked}").${row.path}`, `${looked}.${row.path}`);
+    name.append(choose);
   } else name.textContent = row.name;
   line.append(name, element("td", row.text, "value"));
   return line;

@@ -1,7 +1,7 @@
 // The tree of prims: robots with graphs and sensors, graphs with variables. The other panes show the selected item.
-import { ask, on } from "./connection.js";
+import { on } from "./connection.js";
 import { $, brief, element, put } from "./elements.js";
-import { onSelect, select, selected } from "./selection.js";
+import { onSelect, select, selected, selectRobot } from "./selection.js";
 import { showTab } from "./tabs.js";
 
 const FEW_ROBOTS = 3; // up to this number, robots are unfolded at first
@@ -9,7 +9,7 @@ const items = new Map(); // by key, in the order of the tree
 const unfolded = new Map(); // items that the viewer unfolded (true) or folded (false), by key
 let problems = {};
 
-on("stage", ({ title, graphs, robots }) => {
+on("stage", ({ title, graphs, robots, objects }) => {
   items.clear();
   const few = robots.length <= FEW_ROBOTS;
   const own = graphs.filter((one) => !one.robot);
@@ -17,14 +17,17 @@ on("stage", ({ title, graphs, robots }) => {
     const parts = graphs.filter((one) => one.robot === robot.name).map((one) => graphItem(one, 2));
     if (robot.sensors.length) parts.push(sensorGroup(robot));
     return item(`robot:${robot.name}`, robot.name, robot.spawned ? "spawned" : "robot", 1, robot.prim,
-      () => select("robot", { robot: robot.name }), parts, few);
+      () => selectRobot(robot.name), parts, few);
   });
   if (own.length)
     tops.unshift(item("scene", title, "scene", 1, "/", null, own.map((one) => graphItem(one, 2)), few));
+  if (objects.length) tops.push(item("objects", "objects", String(objects.length), 1, "/", null,
+    objects.map((name) => item(`robot:${name}`, name, "object", 2, name, () => selectRobot(name), []))));
   $("tree").replaceChildren(...tops.map((top) => top.line));
-  if (!robots.some((one) => one.name === selected.robot)) selected.robot = "";
+  const names = [...robots.map((one) => one.name), ...objects];
+  if (!names.includes(selected.robot)) select("stage", { robot: robots.length === 1 ? robots[0].name : "" });
   const known = graphs.some((one) => one.name === selected.graph);
-  if (!known) select("graph", { graph: graphs.at(-1)?.name ?? "", node: "" });
+  if (!known) select("stage", { graph: graphs.at(-1)?.name ?? "", node: "" });
   mark();
   filter();
   showProblems();
@@ -32,19 +35,18 @@ on("stage", ({ title, graphs, robots }) => {
 
 function graphItem(graph, level) {
   const variables = graph.variables.map((name) => item(`variable:${graph.name}/${name}`, name, "variable", level + 1,
-    `${graph.name}/${name}`, () => pickGraph(graph.name, name), []));
-  return item(`graph:${graph.name}`, graph.short, "graph", level, graph.prim, () => pickGraph(graph.name), variables, true,
+    `${graph.name}/${name}`, () => pickGraph(graph, name), []));
+  return item(`graph:${graph.name}`, graph.short, "graph", level, graph.prim, () => pickGraph(graph), variables, true,
     graph.name);
 }
 
-function pickGraph(name, variable = "") {
+function pickGraph({ name, robot }, variable = "") {
   showTab("graph");
-  select(variable ? `variable:${variable}` : "graph",
-    { graph: name, node: "" });
+  select(variable ? `variable:${variable}` : "graph", { graph: name, node: "", robot: robot || selected.robot });
 }
 
 function sensorGroup(robot) {
-  const pick = () => select("robot", { robot: robot.name });
+  const pick = () => selectRobot(robot.name);
   const sensors = robot.sensors.map((one) => item(`sensor:${one.prim}`, one.name, one.kind, 3, one.prim, pick, []));
   return item(`sensors:${robot.name}`, "sensors", `${sensors.length}`, 2, robot.prim, null, sensors);
 }
@@ -153,15 +155,12 @@ function mark() {
     one.row.classList.toggle("selected", chosen);
     if (one.key === `graph:${selected.graph}`) target = one;
     one.line.tabIndex = -1;
+    if (chosen && one.key.startsWith("robot:")) one.row.scrollIntoView({ block: "nearest" });
   }
   (target ?? [...items.values()].find((one) => !one.parent) ?? { line: {} }).line.tabIndex = 0;
 }
 
-onSelect((what) => {
-  mark();
-  if (what === "robot") ask({ ask: "select", robot: selected.robot });
-});
-on("open", () => { if (selected.robot) ask({ ask: "select", robot: selected.robot }); });
+onSelect(mark);
 
 on("frame", ({ values }) => {
   const live = values[selected.graph] ?? {};

@@ -21,6 +21,7 @@ from graphengine.api.remote_robot import RemoteRobot
 from graphengine.bringup.navigation.true_poses import PlanarPose, TruePoses
 from graphengine.control import runs
 from graphengine.devices.rotation import from_rpy, yaw_of
+from graphengine.format import runtime_folder
 from graphengine.format.errors import ControlError, UsageError
 from tests.waiting import PATIENCE, eventually
 
@@ -141,7 +142,7 @@ def mute_run(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
     answers: list[Any] = []
     with tempfile.TemporaryDirectory(prefix="graphrun-") as folder, contextlib.ExitStack() as stack:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
-        path = runs.folder(os.environ) / runs.entry_name("mute", 1)
+        path = runtime_folder.folder(os.environ) / runs.entry_name("mute", 1)
         listener = stack.enter_context(socket.socket(socket.AF_UNIX))
         listener.bind(str(path))
         listener.listen()
