@@ -1,10 +1,10 @@
-"""Provides small camera images for the page: images that graphs receive, otherwise images rendered only for the page."""
+"""Provides camera images for the page: images that graphs receive, otherwise images rendered only for the page."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ from graphengine.format.errors import RenderError
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
-WIDTH = 320
-"""Maximum width of an image, pixels."""
+WIDTH, LARGE = 320, 960
+"""Maximum width of an image in the 3D part, and in the pane of images, pixels."""
 PAUSE = 0.25
 """Minimum wall time between two images of a camera, s."""
 SHARE = 0.2
@@ -25,7 +25,7 @@ SHARE = 0.2
 FRESH = 1.0
 """Maximum age of an image from a graph, s of simulation time; instead of an older image, one is rendered for the page."""
 
-Pixels = NDArray[np.uint8]
+Pixels = NDArray[Any]
 
 
 class CameraPictures:
@@ -33,13 +33,15 @@ class CameraPictures:
 
     Args:
         session: session with the cameras.
+        width: maximum width of the images, pixels.
 
     Attributes:
         error: reason why rendering for the page stopped; empty if it did not stop.
     """
 
-    def __init__(self, session: SessionCore) -> None:
+    def __init__(self, session: SessionCore, width: int = WIDTH) -> None:
         self._session = session
+        self._width = width
         self._cameras: Sequence[Prim] = ()
         self._job: tuple[str, float, Future[Picture]] | None = None
         """The image that is being rendered: path of its camera, start (wall time, s), and future of the image."""
@@ -55,14 +57,14 @@ class CameraPictures:
         self._job = None
         self._shown.clear()
 
-    def take(self, now: float, tick: int) -> Mapping[str, Pixels]:
-        """Return new images by camera path.
+    def take(self, now: float, tick: int) -> Mapping[str, Picture]:
+        """Return new images by camera path; those of graphs may be wider.
 
         Args:
             now: current wall time, s.
             tick: number of the current tick; a camera is rendered at most once per tick.
         """
-        found: dict[str, Pixels] = {}
+        found: dict[str, Picture] = {}
         others = []
         for prim in self._cameras:
             picture = self._received(prim.path, tick)
@@ -70,7 +72,7 @@ class CameraPictures:
                 others.append(prim)
             elif self._is_due(prim.path, now, ("number", picture.index)):
                 self._shown[prim.path] = now, ("number", picture.index)
-                found[prim.path] = _small(picture.rgb)
+                found[prim.path] = picture
         if self._job is not None and self._job[2].done():
             found.update(self._rendered(now))
         if self._job is None and not self.error and now >= self._next:
@@ -99,24 +101,24 @@ class CameraPictures:
             return
         prim = min(due, key=lambda prim: self._shown.get(prim.path, (0.0, None))[0])
         width, height = prim.facts["size"]
-        small = min(width, WIDTH)
+        small = min(width, self._width)
         camera = self._session.services.world.device(Camera, prim, size=(small, max(1, round(height * small / width))))
         self._shown[prim.path] = now, ("tick", tick)
         self._job = prim.path, now, camera.preview()
 
-    def _rendered(self, now: float) -> Mapping[str, Pixels]:
+    def _rendered(self, now: float) -> Mapping[str, Picture]:
         assert self._job is not None
         path, begun, done = self._job
         self._job = None
         self._next = now + (now - begun) * (1.0 / SHARE - 1.0)
         try:
-            return {path: done.result().rgb}
+            return {path: done.result()}
         except RenderError as error:
             self.error = str(error)
             return {}
 
 
-def _small(pixels: Pixels) -> Pixels:
-    """Return an image with only every nth row and column, so that it is at most `WIDTH` pixels wide."""
-    step = -(-pixels.shape[1] // WIDTH)
+def shrunk(pixels: Pixels, width: int = WIDTH) -> Pixels:
+    """Return an image with only every nth row and column, so that it is at most `width` pixels wide."""
+    step = -(-pixels.shape[1] // width)
     return np.ascontiguousarray(pixels[::step, ::step])

@@ -17,11 +17,12 @@ from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.log_lines import LogLines
 from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.run_status import StatusMeter
+from graphengine.view.camera_images import CameraImages
 from graphengine.view.layer_data import FloorMap
 from graphengine.view.layers import Layers
 from graphengine.view.live_findings import finding_rows
 from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_of
-from graphengine.view.live_robots import list_robots, states_of
+from graphengine.view.live_robots import list_robots, states_of, with_joints
 from graphengine.view.live_topics import Listen, LiveTopics
 from graphengine.view.page_client import Page
 from graphengine.view.plot_values import PlotValues
@@ -89,6 +90,7 @@ class Feed:
         self._folder = playback.folder if playback is not None else ""
         self._marked = 0
         self._layers = Layers(session, make_floor, read_only=read_only or playback is not None)
+        self._images = CameraImages(session)
         self._costs = NodeCosts()
         self._topics = LiveTopics(session, listen) if listen is not None else None
         self._problems = problems if problems is not None else NodeProblems(session.services.dropped)
@@ -175,6 +177,8 @@ class Feed:
         self._tell_marks()
         if (samples := self.plots.take()) is not None:
             self.page.tell(samples)
+        for image in self._images.take(self._viewers.images, now, self._session.clock.frame):
+            self.page.tell(image)
         self.page.show(self._state(now, poses))
         if now >= self._next_panes:
             self._next_panes = now + PANE_PERIOD
@@ -270,5 +274,6 @@ class Feed:
         runs = [run for run in session.graphs if run.name in wanted]
         values = {run.name: values_of(run) for run in runs}
         layers = self._layers.read(self._viewers.layers, now, session.clock.frame)
-        robots = states_of(session, set(self._viewers.robots.values()))
+        selected = set(self._viewers.robots.values())
+        robots = with_joints(session, states_of(session, selected))
         return LiveState(facts, poses, layers, values, self._costs.since_last(session.ticks, runs), robots)

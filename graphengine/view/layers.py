@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.lidar import Lidar
 from graphengine.devices.stage import Prim
-from graphengine.view.camera_pictures import CameraPictures
+from graphengine.view.camera_pictures import CameraPictures, shrunk
 from graphengine.view.floor_map import FloorMaker
 from graphengine.view.layer_data import (
     CAMERAS,
@@ -112,10 +112,13 @@ class Layers:
         return FrameLayers(
             self._scans() if LIDAR in shown else {},
             self._session.services.world.contacts() if CONTACTS in shown else Contacts(),
-            self._pictures.take(now, tick) if CAMERAS in shown else {},
+            self._small_pictures(now, tick) if CAMERAS in shown else {},
             floor,
             {layer: note for layer, note in notes.items() if note and layer in shown},
         )
+
+    def _small_pictures(self, now: float, tick: int) -> Mapping[str, NDArray[np.uint8]]:
+        return {path: shrunk(picture.rgb) for path, picture in self._pictures.take(now, tick).items()}
 
     def _scans(self) -> Mapping[str, tuple[NDArray[np.float32], NDArray[np.float32]]]:
         samples = {path: lidar.scan() for path, lidar in self._lidars.items()}

@@ -18,6 +18,8 @@ from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.profile import Profile
 from graphengine.view.wire import GraphDetails
 
+NOISE = 1e-12
+"""Smallest absolute value of a number that is not shown as 0."""
 MOST_ELEMENTS, LONGEST_TEXT = 8, 200
 """Maximum number of elements of an array, and of characters of a string, to show."""
 
@@ -123,12 +125,19 @@ def _nodes_of(run: GraphRun, folder: str) -> dict[str, dict[str, Any]]:
                     "wired": (instance.index, port.field) in wired,
                 }
                 for port in instance.cls.fields.values()
-                if not port.is_exec
+                if not port.is_exec and not (port.side == "state" and _is_internal(getattr(node, port.field, None)))
             ],
         }
-        for instance in graph.instances
+        for instance, node in zip(graph.instances, run.executor.nodes, strict=True)
         if not instance.part_of
     }
+
+
+def _is_internal(value: Any) -> bool:
+    """Return whether a value is an object of the node type, such as a function, which tells users nothing."""
+    return value is not None and not isinstance(
+        value, bool | int | float | str | tuple | list | np.ndarray | np.generic
+    )
 
 
 def place_of(span: Span, folder: str = "") -> dict[str, str]:
@@ -150,6 +159,11 @@ def values_of(run: GraphRun) -> dict[str, Any]:
     return found
 
 
+def rounded(value: float, digits: int) -> str:
+    """Return a number with a number of significant digits; one that is only a rounding error is 0."""
+    return f"{value if abs(value) >= NOISE else 0.0:.{digits}g}"
+
+
 def short_value(value: Any) -> Any:
     """Return a finite number unchanged, any other value as short text: large arrays as shape and range, objects as class."""
     value = value.item() if isinstance(value, np.generic) else value
@@ -166,6 +180,6 @@ def short_value(value: Any) -> Any:
         return f"{value.shape} " + (f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "not finite")
     if isinstance(value, tuple | list | np.ndarray):
         parts = [short_value(part) for part in value[:MOST_ELEMENTS]]
-        parts = [f"{part:.4g}" if isinstance(part, float) else str(part) for part in parts]
+        parts = [rounded(part, 4) if isinstance(part, float) else str(part) for part in parts]
         return "(" + ", ".join(parts) + (", …)" if len(value) > MOST_ELEMENTS else ")")
     return type(value).__name__

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -12,6 +11,7 @@ from graphengine.format.errors import GraphError
 from graphengine.messages import messages
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.message_text import TypedValue
+from graphengine.view.live_graphs import rounded
 
 MOST_ROWS, MOST_ELEMENTS, LONGEST_TEXT = 500, 8, 200
 """Maximum number of rows to show of a message, elements of an array, and characters of a string."""
@@ -91,6 +91,6 @@ def _scalar(value: Any) -> str:
     if isinstance(value, bool | np.bool_):
         return str(bool(value)).lower()
     if isinstance(value, float | np.floating):
-        return f"{value:.6g}" if math.isfinite(value) else str(float(value))
+        return rounded(float(value), 6)
     text = str(value)
     return text if len(text) <= LONGEST_TEXT else f"{text[:LONGEST_TEXT]}…"

@@ -14,8 +14,7 @@ import signal
 import sys
 import threading
 import warnings
-from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -25,11 +24,13 @@ from graphengine.drawing import svg
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.log_lines import MOST_LINES
+from graphengine.view.image_encoding import encoded_image
 from graphengine.view.message_rows import message_rows
 from graphengine.view.page_server import PageServer, Viewer, number_of
 from graphengine.view.scene.scene3d import Scene3D
 from graphengine.view.wire import (
     Answer,
+    CameraImage,
     Ended,
     GraphDetails,
     LiveScene,
@@ -40,7 +41,7 @@ from graphengine.view.wire import (
     TopicMessage,
 )
 
-WHAT = ("command", "look", "select", "topics", "drive", "keys", "playback", "plots", "gone")
+WHAT = ("command", "look", "select", "topics", "drive", "image", "keys", "playback", "plots", "gone")
 """Kinds of viewers' requests that the process passes to the run."""
 CAMERA = np.array([-2.5, -2.5, 1.8])
 """Initial position of a viewer's camera relative to the first robot, world axes, m."""
@@ -61,7 +62,8 @@ class PageProcess:
         self._run = run
         self._sending = threading.Lock()
         self._greeting: dict[str, str] = {}
-        self._lines: deque[Mapping[str, Any]] = deque(maxlen=MOST_LINES)
+        self._lines: dict[tuple[str, str, str], Mapping[str, Any]] = {}
+        """The newest log messages, by severity, node and text."""
         self._definitions = DEFINITIONS
         self.server = PageServer(host, port, self._ask, self._greet)
         self._scene = Scene3D(self.server.viser, self.server.tab_of, self._command, self._pick)
@@ -70,7 +72,15 @@ class PageProcess:
 
     def _greet(self) -> Mapping[str, str]:
         """Return the first messages for a new viewer."""
-        return {**self._greeting, "log": _text({"log": [*self._lines]})}
+        return {**self._greeting, "log": _text({"log": [*self._lines.values()]})}
+
+    def _keep(self, lines: Sequence[Mapping[str, Any]]) -> None:
+        for line in lines:
+            key = line["severity"], line["node"], line["text"]
+            self._lines.pop(key, None)
+            self._lines[key] = line
+        for key in [*self._lines][: max(len(self._lines) - MOST_LINES, 0)]:
+            del self._lines[key]
 
     def _tell_shown(self) -> None:
         layers = list(self._scene.shown)
@@ -133,8 +143,14 @@ class PageProcess:
             self._show_stage(told)
         elif isinstance(told, PaneContent):
             self._show(told.kind, told.content)
+        elif isinstance(told, CameraImage):
+            image = {"camera": told.camera, "error": told.error}
+            if told.pixels is not None:
+                image |= encoded_image(told.pixels)
+            for viewer in told.viewers:
+                self.server.tell(viewer, "image", _text({"image": image}))
         elif isinstance(told, LogMessages):
-            self._lines.extend(told.lines)
+            self._keep(told.lines)
             self.server.answer_all(_text({"log": told.lines}))
         elif isinstance(told, PlotSamples):
             self.server.answer_all(_text({"samples": {"times": told.times, "values": told.values}}))

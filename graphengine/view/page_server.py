@@ -191,6 +191,14 @@ class PageServer:
         """Send a message to one viewer, if it is still connected; thread-safe."""
         self._loop.call_soon_threadsafe(self._answer_viewer, viewer, text)
 
+    def tell(self, viewer: int, kind: str, text: str) -> None:
+        """Send a message to one viewer; it replaces an unsent message of the same kind. Thread-safe."""
+        self._loop.call_soon_threadsafe(self._tell_viewer, viewer, kind, text)
+
+    def _tell_viewer(self, number: int, kind: str, text: str) -> None:
+        if number in self.viewers:
+            self.viewers[number].put(kind, text)
+
     def answer_all(self, text: str) -> None:
         """Send a message to all viewers, which no other message replaces; thread-safe."""
         for number in list(self.viewers):

@@ -70,6 +70,7 @@ class Viewers:
         newcomers: numbers of viewers to which their selected graph has not been sent yet.
         robots: selected robot, by number of the viewer.
         plots: plotted expressions, by number of the viewer.
+        images: camera whose image is shown, and whether as depth, by number of the viewer.
         topics: selected topic, by number of the viewer; only viewers with an open topics pane, empty if none is selected.
     """
 
@@ -82,6 +83,7 @@ class Viewers:
         self.newcomers: set[int] = set()
         self.robots: dict[int, str] = {}
         self.plots: dict[int, Sequence[str]] = {}
+        self.images: dict[int, tuple[str, bool]] = {}
         self.topics: dict[int, str] = {}
         self._queue = queue
         self._driver = driver
@@ -134,7 +136,7 @@ class Viewers:
         if what == "show":
             self.number, self.layers = asked["viewers"], frozenset(asked["layers"])
         elif what == "gone":
-            for choices in (self.graphs, self.robots, self.topics, self.plots):
+            for choices in (self.graphs, self.robots, self.topics, self.plots, self.images):
                 choices.pop(viewer, None)
             self.newcomers.discard(viewer)
             self._drop_keys(viewer)
@@ -143,6 +145,10 @@ class Viewers:
             self.newcomers.add(viewer)
         elif what == "select":
             self.robots[viewer] = _name(asked, "robot")
+        elif what == "image":
+            self.images.pop(viewer, None)
+            if camera := _name(asked, "camera"):
+                self.images[viewer] = camera, asked.get("depth") is True
         elif what == "plots":
             texts = asked.get("series")
             self.plots[viewer] = [text for text in texts if isinstance(text, str)] if isinstance(texts, list) else []

@@ -119,6 +119,23 @@ class LogMessages:
 
 
 @dataclass(frozen=True, slots=True)
+class CameraImage:
+    """A new image of a camera that viewers look at.
+
+    Attributes:
+        viewers: numbers of these viewers.
+        camera: prim path of the camera.
+        pixels: colours, shape (height, width, 3), or distances, m, shape (height, width); None if rendering failed.
+        error: why there is no image.
+    """
+
+    viewers: Sequence[int]
+    camera: str
+    pixels: NDArray[Any] | None
+    error: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class TopicMessage:
     """The newest message of a topic that a viewer selected.
 

@@ -14,6 +14,13 @@ def test_messages_after_a_number_come_in_their_order() -> None:
     assert lines.after(3) == []
 
 
+def test_a_repeated_message_is_counted_and_has_the_number_of_the_last() -> None:
+    lines = LogLines(lambda: 0.0)
+    for text in ("same", "other", "same"):
+        lines.add("info", "", text)
+    assert [(line.number, line.text, line.count) for line in lines.after(0)] == [(2, "other", 1), (3, "same", 2)]
+
+
 def test_the_oldest_messages_go_and_long_ones_are_cut() -> None:
     lines = LogLines(lambda: 0.0)
     for number in range(MOST_LINES + 5):

@@ -68,7 +68,7 @@ def test_the_panes_show_the_run_and_what_strangers_wrote_is_text(sim: ge.Session
 
         page.click("#findings-tab")
         found["findings"] = page.inner_text("#findings")
-        found["images"] = page.evaluate("() => document.querySelectorAll('img').length")
+        found["images"] = page.evaluate("() => document.querySelectorAll('img:not(#image)').length")
         return found
 
     found = seen(sim, look)
@@ -169,6 +169,18 @@ def test_contrast_and_names_pass_axe_and_nothing_overlaps(sim: ge.Session) -> No
         page.click("#findings-tab")
         choose(page, "robot", "dd100")
         found += violations(page)
+        page.click("#wheel")
+        page.click("#layers summary")
+        for tab in ("plots", "images", "log"):
+            page.click(f"#{tab}-tab")
+            if tab == "plots":
+                page.fill("#plot-add", "1 +")
+                page.press("#plot-add", "Enter")
+                until(page, "document.querySelector('.key .error')")
+            found += violations(page)
+        page.keyboard.press("?")
+        found += violations(page)
+        page.click("#help-close")
         page.click("#spawn")
         return [*found, *violations(page)]
 

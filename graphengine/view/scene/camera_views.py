@@ -14,7 +14,7 @@ from graphengine.view.scene.carried import Carried, Floats, turned
 Vector = NDArray[np.float64]
 NEAREST, FARTHEST = 1.0, 12.0
 """Minimum and maximum distance of a camera from the entity that it shows, m."""
-PER_RADIUS = 3.5
+PER_RADIUS = 4.5
 """Distance of a camera per radius of the entity."""
 RISES = (25.0, 40.0, 55.0, 70.0, 85.0)
 """Elevations of a camera that are tried until nothing is between it and the entity, deg."""

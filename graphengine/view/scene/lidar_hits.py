@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.view.image_encoding import NEAR_TO_FAR, mixed
 from graphengine.view.layer_data import LIDAR, FrameLayers, SceneLayers
 from graphengine.view.scene.carried import Carried, Floats, turned
 from graphengine.view.scene.layer import Layer, Poses
@@ -15,7 +16,6 @@ FAR = 10.0
 """Distance beyond which all hits have the same colour, m."""
 BRIGHTEST = 255.0
 """Intensity of a white surface."""
-NEAR_TO_FAR = ((220, 40, 40), (250, 190, 40), (120, 200, 60), (40, 180, 160), (40, 90, 220))
 DARK_TO_BRIGHT = ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37))
 
 
@@ -30,9 +30,11 @@ class LidarHits(Layer):
         self._carried = Carried.of([(lidar.mount.body, lidar.mount.pose) for lidar in layers.lidars])
         self._beams = {lidar.mount.name: lidar.beams for lidar in layers.lidars}
         nothing = np.zeros((1, 3), np.float32)
+        for path in self._beams:  # a viewer may see the hits of one robot only
+            self._scene.add_frame(self.path + path, show_axes=False)
         self._clouds: dict[str, Any] = {
             path: self._scene.add_point_cloud(
-                self.path + path, nothing, nothing, point_size=0.04, point_shape="circle", visible=False
+                f"{self.path}{path}/points", nothing, nothing, point_size=0.04, point_shape="circle", visible=False
             )
             for path in self._beams
         }
@@ -55,7 +57,7 @@ class LidarHits(Layer):
             cloud.colors = self._colours(ranges[hit], intensities[hit])
 
     def _colours(self, ranges: Floats, intensities: Floats) -> NDArray[np.uint8]:
-        return _mixed(NEAR_TO_FAR, ranges / FAR)
+        return mixed(NEAR_TO_FAR, ranges / FAR)
 
 
 class LidarIntensities(LidarHits):
@@ -66,11 +68,4 @@ class LidarIntensities(LidarHits):
     hint = "Points that lidar beams hit, coloured by intensity"
 
     def _colours(self, ranges: Floats, intensities: Floats) -> NDArray[np.uint8]:
-        return _mixed(DARK_TO_BRIGHT, intensities / BRIGHTEST)
-
-
-def _mixed(steps: tuple[tuple[int, int, int], ...], where: Floats) -> NDArray[np.uint8]:
-    """Return a colour for each value in `where`: 0 gives the first of `steps`, 1 the last, values between interpolate."""
-    columns = np.array(steps, float).T
-    parts = [np.interp(where, np.linspace(0.0, 1.0, len(steps)), column) for column in columns]
-    return np.stack(parts, axis=1).astype(np.uint8)
+        return mixed(DARK_TO_BRIGHT, intensities / BRIGHTEST)

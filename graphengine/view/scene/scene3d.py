@@ -21,7 +21,7 @@ from graphengine.view.scene.layer import Layer
 from graphengine.view.scene.lidar_hits import LidarHits, LidarIntensities
 from graphengine.view.scene.robot_trails import RobotTrails
 from graphengine.view.scene.viewer_choices import ViewerChoices
-from graphengine.view.scene.viewer_controls import ViewerControls
+from graphengine.view.scene.viewer_controls import ONLY, ViewerControls
 from graphengine.view.wire import LiveScene, LiveState
 
 if TYPE_CHECKING:
@@ -71,6 +71,8 @@ class Scene3D:
         self._owners: dict[int, SeenEntity] = {}
         """Entity of each movable body, by row of the body."""
         self._carried = Carried.of([])
+        self._owned: Mapping[str, str] = {}
+        """Robot of each lidar's node."""
         self._walls, self._shapes = Boxes.of(Bodies(), ()), dict[str, Boxes]()
         self._viewers: dict[int, ViewerControls] = {}
         self._choices: dict[str, ViewerChoices] = {}
@@ -86,7 +88,8 @@ class Scene3D:
     def layers(self) -> Sequence[Mapping[str, str]]:
         """Name, title and tooltip of each layer that viewers can show, as JSON values."""
         bodies = [{"name": name, "title": title, "hint": ""} for name, title in BODIES.items()]
-        return [*bodies, *({"name": one.name, "title": one.title, "hint": one.hint} for one in self._layers)]
+        only = {"name": ONLY, "title": "Lidars of the selection only", "hint": ""}
+        return [*bodies, only, *({"name": one.name, "title": one.title, "hint": one.hint} for one in self._layers)]
 
     @property
     def shown(self) -> Sequence[str]:
@@ -122,6 +125,13 @@ class Scene3D:
         others = self._owners.keys() - robots
         still = set(range(len(stage.bodies.names))) - self._owners.keys()
         self._walls = Boxes.of(stage.bodies, still)
+        self._owned = {
+            f"{layer.path}{lidar.mount.name}": self._owners[lidar.mount.body].mount.name
+            for layer in self._layers
+            if isinstance(layer, LidarHits)
+            for lidar in stage.layers.lidars
+            if lidar.mount.body in self._owners
+        }
         for bodies, rows in zip(self._bodies.values(), (robots, others, still), strict=True):
             bodies.draw(stage.bodies, rows)
             for batch in bodies.batches if rows is not still else ():
@@ -142,7 +152,7 @@ class Scene3D:
         poses = dict(zip((entity.mount.name for entity in self._scene.entities), placed, strict=False))
         for viewer in viewers:
             viewer.scene = self._scene
-            viewer.show_layers(self._nodes)
+            viewer.show_layers(self._nodes, self._owned)
             viewer.update(state.facts["time"], poses, state.poses, self._walls, self._shapes)
 
     def _welcome(self, client: viser.ClientHandle) -> None:

@@ -29,6 +29,8 @@ AGAIN = 1.0
 """Wall time after which a viewer gets the visibility of all layers again, s: a layer may have been drawn again meanwhile."""
 SMOOTH = 0.35
 """Part of the way to its new position that a camera behind an entity moves in a frame."""
+ONLY = "only"
+"""Name of the choice to see only the lidars of the selected robot."""
 UP: Vector3 = (0.0, 0.0, 1.0)
 USUAL = 0.87
 """Vertical field of view of a camera that is not one of a robot, rad."""
@@ -68,7 +70,8 @@ class ViewerControls:
         self._begin = time.monotonic()
         self._placed: tuple[str, View] = ("", "free")
         """The selected entity and the view for which the camera was last placed."""
-        self._visible: frozenset[str] | None = None
+        self._visible: tuple[frozenset[str], str] | None = None
+        """The layers and the selection for which the visibility of layers was sent."""
         self._next = 0.0
         """Wall time from which the visibility of layers is sent again, s."""
 
@@ -82,15 +85,22 @@ class ViewerControls:
         """Whether `update` needs poses, because an entity is selected or pulled."""
         return bool(self.selected) or self.pull.held is not None
 
-    def show_layers(self, layers: Mapping[str, str]) -> None:
-        """Show the chosen layers to this viewer, and hide the others; `layers` has the node of each layer by name."""
-        now = time.monotonic()
-        if self.choices.layers == self._visible and now < self._next:
+    def show_layers(self, layers: Mapping[str, str], owned: Mapping[str, str]) -> None:
+        """Show the chosen layers to this viewer, and hide the others.
+
+        Args:
+            layers: node of each layer by name.
+            owned: robot of each node that is hidden if the viewer wants to see only the lidars of the selected robot.
+        """
+        now, chosen = time.monotonic(), self.choices.layers
+        wanted = (chosen, self.selected)
+        if wanted == self._visible and now < self._next:
             return
-        self._visible, self._next = self.choices.layers, now + AGAIN
-        for name, node in layers.items():
-            message = _messages.SetSceneNodeVisibilityMessage(node, name in self._visible)
-            self._client._websock_connection.queue_message(message)
+        self._visible, self._next = wanted, now + AGAIN
+        shown = {node: name in chosen for name, node in layers.items()}
+        shown |= {node: ONLY not in chosen or robot == self.selected for node, robot in owned.items()}
+        for node, visible in shown.items():
+            self._client._websock_connection.queue_message(_messages.SetSceneNodeVisibilityMessage(node, visible))
 
     def update(
         self,

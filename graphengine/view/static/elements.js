@@ -1,5 +1,5 @@
 // Helpers to find, create and fill elements. Strings are inserted as text, never as HTML: names come from files and the network.
-const TINY = 1e-9; // numbers below are rounding errors
+const TINY = 1e-12; // numbers below are rounding errors
 export const $ = (id) => document.getElementById(id);
 
 export function element(kind, text = "", className = "", attributes = {}) {
@@ -52,6 +52,21 @@ export function note(text) {
 // Shows one of the detail panels on the right.
 export function showDetail(id) {
   for (const one of $("side").children) one.hidden = one.id !== id;
+}
+
+// Creates a cell for a value; a click copies the value.
+export function valueCell(text = "", attributes = {}) {
+  const cell = element("td", "", "value", attributes), made = button(text, () => copyText(made.dataset.exact ?? made.textContent, made), "plain copies");
+  made.title = "copy this value";
+  cell.append(made);
+  return cell;
+}
+
+// Shows a text in such a cell; the copy is exact.
+export function putValue(cell, text, exact = text) {
+  if (cell.firstChild.textContent === "copied") return;
+  put(cell.firstChild, text);
+  cell.firstChild.dataset.exact = exact;
 }
 
 // Creates a position in a file with a button that copies it as `path:line` for editors.

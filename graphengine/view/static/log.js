@@ -2,29 +2,34 @@
 import { on } from "./connection.js";
 import { $, element, put } from "./elements.js";
 import { select } from "./selection.js";
-import { showTab } from "./tabs.js";
+import { onTab, showTab } from "./tabs.js";
 
 const MOST = 1000;
+const rows = new Map(); // by level, node and text: a repeated message has one row
 const LEVELS = ["info", "warning", "error"];
 let graphs = [], last = 0;
 
 on("stage", (stage) => { graphs = stage.graphs; });
-on("run", () => { last = 0; $("log").replaceChildren(); });
 on("log", (lines) => {
   const list = $("log"), atEnd = list.scrollTop + list.clientHeight > list.scrollHeight - 30;
   for (const line of lines) {
     if (line.number <= last) continue;
     last = line.number;
-    list.append(row(line));
+    const key = JSON.stringify([line.severity, line.node, line.text]);
+    if (!rows.has(key)) { rows.set(key, row(line)); list.append(rows.get(key)); }
+    const [when, , times] = rows.get(key).children;
+    put(when, `${line.time.toFixed(2)} s`);
+    put(times, line.count > 1 ? `× ${line.count}` : "");
   }
-  while (list.children.length > MOST) list.firstChild.remove();
+  for (const [key, made] of rows) if (rows.size > MOST) { rows.delete(key); made.remove(); }
   filter();
   if (atEnd) list.scrollTop = list.scrollHeight;
 });
+onTab((name) => { if (name === "log") $("log").scrollTop = $("log").scrollHeight; });
 
-function row({ time, severity, node, text }) {
+function row({ severity, node, text }) {
   const made = element("li", "", `line ${severity}`), where = graphOf(node);
-  made.append(element("span", `${time.toFixed(2)} s`, "when"), element("span", severity, "level"));
+  made.append(element("span", "", "when"), element("span", severity, "level"), element("span", "", "times"));
   if (where) {
     const choose = element("button", node.slice(where.prim.length + 1), "plain", { type: "button", title: `${node}: select this node` });
     choose.onclick = () => {

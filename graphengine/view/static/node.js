@@ -1,6 +1,6 @@
 // The ports of the selected node and the variables of the selected graph, with live values; unwired inputs of a run are edited.
 import { command, on, tell } from "./connection.js";
-import { $, brief, element, note, place, put, showDetail, steady } from "./elements.js";
+import { $, brief, element, note, place, put, putValue, showDetail, steady, valueCell } from "./elements.js";
 import { details, graphFacts, problemOf } from "./graphs.js";
 import { isPlotted, plot } from "./plots.js";
 import { onSelect, selected } from "./selection.js";
@@ -67,7 +67,7 @@ function sideRow(side) {
 
 function variableRow(name) {
   const line = element("tr", "", "", { "data-port": `variable:${name}` });
-  line.append(plotButton(line, name, name), element("td", "", "value"));
+  line.append(plotButton(line, name, name), valueCell());
   return line;
 }
 
@@ -77,8 +77,9 @@ function portRow(name, one) {
   const about = plotButton(line, one.name, `${name}.${one.name}`, one.unit);
   if (one.unit) about.append(element("span", ` ${one.unit}`, "unit"));
   if (one.doc) about.append(element("div", one.doc, "doc"));
-  line.append(about, element("td", "", "value"));
-  return one.side === "inputs" && !one.wired ? [line, edit(line, name, one)] : [line];
+  const edited = one.side === "inputs" && !one.wired;
+  line.append(about, edited ? element("td", "", "value") : valueCell());
+  return edited ? [line, edit(line, name, one)] : [line];
 }
 
 // Returns the expression that reads a port or a variable of the selected graph.
@@ -134,7 +135,7 @@ on("frame", ({ values }) => {
   if ($("node-side").hidden) return;
   for (const line of $("node-side").querySelectorAll("[data-port]")) {
     const value = own[line.dataset.port], text = String(brief(value)), field = line.querySelector("input");
-    if (!field) put(line.children[1], steady(value));
+    if (!field) putValue(line.children[1], steady(value), String(value ?? ""));
     else if (document.activeElement !== field && !field.dataset.typed && field.value !== text) field.value = text;
   }
 });

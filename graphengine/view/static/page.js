@@ -9,6 +9,7 @@ import "./picture.js";
 import "./plots.js";
 import "./topics.js";
 import "./findings.js";
+import "./images.js";
 import "./keyboard.js";
 import "./log.js";
 import "./help.js";

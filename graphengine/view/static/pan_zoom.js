@@ -1,5 +1,5 @@
 // Zooming and moving of a drawing by its viewBox.
-const SMALLEST = 0.62; // scale below which text is illegible; a larger drawing begins with its upper left part
+const SMALLEST = 0.5; // scale below which text is illegible; a larger drawing begins with its upper left part
 const MOST = 1.25, FARTHEST = 8, STEP = 60;
 
 export class PanZoom {

@@ -1,40 +1,61 @@
 // The selected robot: its pose, velocity and details; spawning and deleting robots.
 import { command, on } from "./connection.js";
-import { $, button, element, note, put, showDetail } from "./elements.js";
+import { $, button, element, note, put, putValue, showDetail, valueCell } from "./elements.js";
+import { jointTable } from "./joints.js";
 import { onSelect, select, selected } from "./selection.js";
 import { showTopicsOf } from "./topics.js";
 
 const NUMBERS = [["x", "x", "m"], ["y", "y", "m"], ["z", "z", "m"], ["heading", "heading", "°"],
   ["speed", "speed", "m/s"], ["turn", "turn rate", "rad/s"]];
-let robots = [], newest = {};
+let robots = [], objects = [], newest = {}, joints = null;
 
 on("stage", (stage) => {
   robots = stage.robots;
+  objects = stage.objects;
   $("uses").replaceChildren(...[...new Set(robots.map((one) => one.use).filter(Boolean))].map((use) => new Option(use, use)));
   if (!$("robot-side").hidden) show();
 });
 onSelect((what) => { if (what === "robot") { show(); showDetail("robot-side"); } });
 
 function show() {
-  const robot = robots.find((one) => one.name === selected.robot);
-  if (!robot) {
-    $("robot-side").replaceChildren(element("p", "This robot was removed.", "hint"));
+  const robot = robots.find((one) => one.name === selected.robot), side = $("robot-side");
+  joints = null;
+  if (!robot && !objects.includes(selected.robot)) {
+    side.replaceChildren(element("p", selected.robot ? "This robot was removed." : "Select a robot or an object.", "hint"));
     return;
   }
-  const table = element("table");
+  const table = element("table"), actions = element("div", "", "actions");
   for (const [key, label, unit] of NUMBERS) {
     const line = element("tr"), name = element("td", label);
     name.append(element("span", ` ${unit}`, "unit"));
-    line.append(name, element("td", "", "value", { "data-number": key }));
+    line.append(name, valueCell("", { "data-number": key }));
     table.append(line);
   }
-  const actions = element("div", "", "actions");
-  actions.append(button("Show topics", () => showTopicsOf(robot.namespace)));
-  if (robot.spawned) actions.append(button("Delete", () => remove(robot.name), "danger"));
-  const facts = [`prim ${robot.prim}`, `namespace ${robot.namespace ? `/${robot.namespace}` : "none"}`, robot.use && `file ${robot.use}`];
-  $("robot-side").replaceChildren(element("h2", robot.name),
-    ...facts.filter(Boolean).map(note), table, actions);
+  if (robot) actions.append(button("Show topics", () => showTopicsOf(robot.namespace)));
+  if (robot?.spawned) actions.append(button("Delete", () => remove(robot.name), "danger"));
+  if (robot) joints = jointTable(robot);
+  const facts = robot ? [`prim ${robot.prim}`, `namespace ${robot.namespace ? `/${robot.namespace}` : "none"}`, robot.use && `file ${robot.use}`] : [];
+  side.replaceChildren(element("h2", selected.robot), ...facts.filter(Boolean).map(note),
+    element("div", "", "", { id: "why" }), // the place of the answer why a robot stands
+    table, moveForm(selected.robot), actions, ...(joints?.parts ?? []));
   showNumbers();
+}
+
+// A form that puts the robot or object to a pose given in numbers.
+function moveForm(name) {
+  const form = element("form", "", "move live"), refusal = element("p", "", "refused", { role: "alert" });
+  const fields = NUMBERS.slice(0, 4).map(([key, label, unit]) => element("input", "", "", { type: "number", step: "any", name: key,
+    placeholder: key === "heading" ? unit : `${label}, ${unit}`, "aria-label": `${label}, ${unit}` }));
+  form.append(...fields, element("button", "Move", "", { type: "submit", title: "move it to this pose; an empty field keeps the present value" }), refusal);
+  form.onsubmit = async (event) => {
+    event.preventDefault();
+    const [x, y, z, heading] = fields.map((field) => (field.value === "" ? newest[name]?.[field.name] ?? 0 : Number(field.value)));
+    const turned = fields[3].value === "" ? {} : { orientation: { rpy_deg: [0, 0, heading] } };
+    const { error } = await command("move", { entity: name, position: [x, y, z], ...turned }, true);
+    put(refusal, error ?? "");
+    if (!error) form.reset();
+  };
+  return form;
 }
 
 on("frame", (frame) => {
@@ -46,8 +67,9 @@ function showNumbers() {
   const state = newest[selected.robot] ?? {};
   for (const cell of $("robot-side").querySelectorAll("[data-number]")) {
     const value = state[cell.dataset.number];
-    put(cell, typeof value === "number" ? value.toFixed(3).replace(/^-(0\.0+)$/, "$1") : "");
+    putValue(cell, typeof value === "number" ? value.toFixed(3).replace(/^-(0\.0+)$/, "$1") : "", String(value ?? ""));
   }
+  joints?.show(state.joints ?? {});
 }
 
 async function remove(name) {

@@ -1,7 +1,7 @@
 // The topics of the run with their rates, and the newest message of the selected topic.
 import { ask, on } from "./connection.js";
 import { bytes } from "./control.js";
-import { $, element, put, showDetail } from "./elements.js";
+import { $, element, put, putValue, showDetail, valueCell } from "./elements.js";
 import { plot } from "./plots.js";
 import { onTab, shown, showTab } from "./tabs.js";
 
@@ -79,7 +79,8 @@ on("message", (message) => {
   put($("message-type"), `${message.type}${message.size ? `, ${bytes(message.size)}` : ""}${waiting}`);
   const lines = $("message-rows").children;
   message.rows.forEach((row, index) => {
-    if (lines[index]?.dataset.path === row.path) put(lines[index].children[1], row.text);
+    if (lines[index]?.dataset.path === row.path && row.text) putValue(lines[index].children[1], row.text);
+    else if (lines[index]?.dataset.path === row.path) return;
     else if (lines[index]) lines[index].replaceWith(fieldRow(row));
     else $("message-rows").append(fieldRow(row));
   });
@@ -103,7 +104,7 @@ function fieldRow(row) {
     choose.onclick = () => plot(`message("${looked}").${row.path}`, `${looked}.${row.path}`);
     name.append(choose);
   } else name.textContent = row.name;
-  line.append(name, element("td", row.text, "value"));
+  line.append(name, row.text ? valueCell(row.text) : element("td", "", "value"));
   return line;
 }
 

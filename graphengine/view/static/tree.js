@@ -21,7 +21,7 @@ on("stage", ({ title, graphs, robots, objects }) => {
   });
   if (own.length)
     tops.unshift(item("scene", title, "scene", 1, "/", null, own.map((one) => graphItem(one, 2)), few));
-  if (objects.length) tops.push(item("objects", "objects", String(objects.length), 1, "/", null,
+  if (objects.length) tops.push(item("objects", `${objects.length} objects`, "folder", 1, "/", null,
     objects.map((name) => item(`robot:${name}`, name, "object", 2, name, () => selectRobot(name), []))));
   $("tree").replaceChildren(...tops.map((top) => top.line));
   const names = [...robots.map((one) => one.name), ...objects];
@@ -47,9 +47,12 @@ function pickGraph({ name, robot }, variable = "") {
 
 function sensorGroup(robot) {
   const pick = () => selectRobot(robot.name);
-  const sensors = robot.sensors.map((one) => item(`sensor:${one.prim}`, one.name, one.kind, 3, one.prim, pick, []));
-  return item(`sensors:${robot.name}`, "sensors", `${sensors.length}`, 2, robot.prim, null, sensors);
+  const sensors = robot.sensors.map((one) => item(`sensor:${one.prim}`, shortened(one.name), one.kind, 3, one.prim, pick, [], false, one.name));
+  return item(`sensors:${robot.name}`, `${sensors.length} sensors`, "folder", 2, robot.prim, null, sensors);
 }
+
+// Sensors of one rig often differ only at the end of their names.
+const shortened = (name) => (name.length > 20 ? `${name.slice(0, 6)}…${name.slice(-11)}` : name);
 
 // Creates an item: `open` is whether it is unfolded at first, `words` are search terms for the filter.
 function item(key, label, kind, level, prim, pick, children, open = false, words = label) {
