@@ -31,7 +31,6 @@ from graphengine.ros.transports.select import AUTO, find_transport, open_transpo
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import parse
 from graphengine.runtime.inbox import ExternalInputs
-from graphengine.runtime.log_lines import LogLines
 from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
@@ -78,16 +77,13 @@ class Runner:
         """Encoders for messages that the user publishes, by type."""
         self.lock = threading.RLock()
         """Lock of the session; a thread holds it while it uses the session."""
-        self.closed = False
-        self.running = self.cut_short = False
+        self.closed = self.running = self.cut_short = False
         """`running`: `run` or `step` executes ticks or callbacks; `cut_short`: a failed expectation has ended the last run."""
         self.recorder: Recorder | None = None
         self.feed: Feed | None = None
         """Feed that sends the session's state to the web page; None until the page is opened."""
-        self.lines = LogLines(lambda: self.session.time if hasattr(self, "session") else 0.0)
-        """The newest log messages since the session was started."""
         self.problems = NodeProblems()
-        """Errors and warnings of nodes since the session was started; a web page that is opened later shows these too."""
+        """Log and problems of nodes since the session was started; a web page that is opened later shows these too."""
         with ExitStack() as closing:
             self._check()
             own = Domain.from_environment(options.environ)
@@ -115,7 +111,7 @@ class Runner:
                 bad_values=options.bad_values,
             )
             self.session.queue, self.session.gate = self.queue, gate.opens
-            self.problems.dropped = self.session.services.dropped
+            self.problems.begin(self.session.services.dropped, lambda: self.session.time)
             closing.callback(self.session.close)
             self._open_recorder(modules)
             closing.callback(self._end_recording)
@@ -169,7 +165,6 @@ class Runner:
 
     def _log(self, severity: str, node: str, text: str) -> None:
         self.options.log(severity, node, text)
-        self.lines.add(severity, node, text)
         self.problems.log(severity, node, text)
 
     def _take_fault(self, error: NodeError) -> None:
@@ -177,12 +172,11 @@ class Runner:
             self.options.fault(error)
         else:
             self.options.log("error", "", str(error))
-        self.lines.add("error", error.node, str(error))
         self.problems.add(error.node, str(error))
 
     def _take_peer_fault(self, text: str) -> None:
         self._complain(text)
-        self.lines.add("warning", "", text)
+        self.problems.lines.add("warning", "", text)
         self._faults.append(text)
 
     def _open_diagnostics(self) -> Diagnostics | None:

@@ -122,7 +122,6 @@ def open_page(
         definitions=runner.scene.definitions,
         read_only=read_only,
         problems=runner.problems,
-        lines=runner.lines,
         served=served,
     )
     runner.show(feed)

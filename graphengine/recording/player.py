@@ -88,8 +88,9 @@ class RecordingPlayer:
         self._spacing = max(round(SPACING / session.clock.delta), 1)
         self._at: int | None = 0
         """Number of the last tick that the session has run; None if the session stopped within a tick."""
-        self._head = self._shown = self._keep(0)
-        """Two checkpoints: `_head` after the last replayed tick, `_shown` at or shortly before the shown tick."""
+        self._head = self._shown = self._visited = self._keep(0)
+        """Checkpoints: `_head` after the last replayed tick, `_shown` at or shortly before the shown tick, `_visited` after the
+        last tick of `visit`."""
         self._checkpoints = [self._head]
 
     def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:
@@ -137,6 +138,7 @@ class RecordingPlayer:
             self._go(tick, math.inf)
             seen(tick)
             if time.monotonic() >= ends or interrupted():
+                self._visited = self._keep(tick)
                 return tick + 1
         return self.built + 1
 
@@ -155,7 +157,7 @@ class RecordingPlayer:
         if self._at == self.built != self._head.tick and tick < self.built and self.session.state != "failed":
             self._head = self._keep(self.built)
         nearest = max(
-            (kept for kept in (*self._checkpoints, self._head, self._shown) if kept.tick <= tick),
+            (kept for kept in (*self._checkpoints, self._head, self._shown, self._visited) if kept.tick <= tick),
             key=lambda kept: kept.tick,
         )
         if self._at is None or self._at > tick or nearest.tick - self._at > STRIDE:

@@ -34,12 +34,12 @@ class LogLine:
 class LogLines:
     """The newest messages; a repeated message is kept once.
 
-    Args:
+    Attributes:
         time: returns the simulation time, s.
     """
 
-    def __init__(self, time: Callable[[], float]) -> None:
-        self._time = time
+    def __init__(self) -> None:
+        self.time: Callable[[], float] = lambda: 0.0
         self._lines: dict[tuple[str, str, str], LogLine] = {}
         """Messages by severity, node and text, in the order of their numbers."""
         self._count = 0
@@ -49,7 +49,7 @@ class LogLines:
         self._count += 1
         key = severity, node, text[:LONGEST_LINE]
         before = self._lines.pop(key, None)
-        self._lines[key] = LogLine(self._count, self._time(), *key, before.count + 1 if before is not None else 1)
+        self._lines[key] = LogLine(self._count, self.time(), *key, before.count + 1 if before is not None else 1)
         if len(self._lines) > MOST_LINES:
             del self._lines[next(iter(self._lines))]
 

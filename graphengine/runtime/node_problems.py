@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from graphengine.node.dropped_values import DroppedValues
+from graphengine.runtime.log_lines import LogLines
 
 MOST_NODES, LONGEST_TEXT = 1000, 2000
 """Maximum number of nodes whose problems are kept, and of characters kept of a text."""
@@ -26,22 +27,33 @@ class NodeProblems:
         self._counts: dict[str, int] = {}
         """Number of problems of each node by prim path, without dropped values."""
         self._texts: dict[str, str] = {}
+        self.lines = LogLines()
+        """The newest log messages, those of no node too."""
         self.logged: Counter[str] = Counter()
         """Number of messages by severity, including those of no node."""
         self._errors: set[str] = set()
 
+    def begin(self, dropped: DroppedValues | None, time: Callable[[], float]) -> None:
+        """Count the dropped values of a session, and log with its simulation time, s."""
+        self.dropped, self.lines.time = dropped, time
+
     def log(self, severity: str, node: str, text: str) -> None:
         """Count an error or warning that a node logs; for a dropped value, keep only the text: `dropped` counts it."""
         self.logged[severity] += 1
+        self.lines.add(severity, node, text)
         if not node or severity not in ("error", "warning"):
             return
         if severity == "warning" and node in self._drops():
             self._note(node, text)
         else:
-            self.add(node, text, severity)
+            self._count(node, text, severity)
 
-    def add(self, node: str, text: str, severity: str = "error") -> None:
-        """Count a problem of a node."""
+    def add(self, node: str, text: str) -> None:
+        """Count an error of a node that is not in its log."""
+        self.lines.add("error", node, text)
+        self._count(node, text, "error")
+
+    def _count(self, node: str, text: str, severity: str) -> None:
         self._note(node, text)
         if node in self._texts:
             self._counts[node] = self._counts.get(node, 0) + 1

@@ -14,7 +14,6 @@ from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.runtime.command_queue import CommandQueue
-from graphengine.runtime.log_lines import LogLines
 from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.camera_images import CameraImages
@@ -54,7 +53,6 @@ class Feed:
         read_only: whether viewers can watch but not send commands.
         playback: controls of the recording that the session replays; None for a live run.
         problems: counts of node problems so far; None to count from now on.
-        lines: log messages of the session so far; None if the page shows no log.
         served: called once with the URL of the page, in the session's thread, as soon as the page can be opened.
     """
 
@@ -75,7 +73,6 @@ class Feed:
         read_only: bool = False,
         playback: RecordingControls | None = None,
         problems: NodeProblems | None = None,
-        lines: LogLines | None = None,
         served: Callable[[str], None] | None = None,
     ) -> None:
         self._session = session
@@ -98,7 +95,6 @@ class Feed:
         """The values that viewers plot; in a recording, `Playback` samples them."""
         self._ticks = session.ticks
         self._plot_status: Mapping[str, Any] = {}
-        self._lines = lines
         self._logged = 0
         """Number of the last log message that was sent."""
         self._error = ""
@@ -192,7 +188,7 @@ class Feed:
         if findings != self._shown_findings:
             self._shown_findings = findings
             self.page.tell(PaneContent("findings", finding_rows(findings)))
-        if self._lines is not None and (lines := self._lines.after(self._logged)):
+        if lines := self._problems.lines.after(self._logged):
             self._logged = lines[-1].number
             self.page.tell(LogMessages([asdict(line) for line in lines]))
         if self.plots.status != self._plot_status:

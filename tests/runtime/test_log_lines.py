@@ -7,7 +7,8 @@ from graphengine.runtime.log_lines import LONGEST_LINE, MOST_LINES, LogLines
 
 def test_messages_after_a_number_come_in_their_order() -> None:
     times = iter((0.0, 0.5, 1.0))
-    lines = LogLines(lambda: next(times))
+    lines = LogLines()
+    lines.time = lambda: next(times)
     for text in ("first", "second", "third"):
         lines.add("warning", "/graph/Node", text)
     assert [(line.number, line.time, line.text) for line in lines.after(1)] == [(2, 0.5, "second"), (3, 1.0, "third")]
@@ -15,14 +16,14 @@ def test_messages_after_a_number_come_in_their_order() -> None:
 
 
 def test_a_repeated_message_is_counted_and_has_the_number_of_the_last() -> None:
-    lines = LogLines(lambda: 0.0)
+    lines = LogLines()
     for text in ("same", "other", "same"):
         lines.add("info", "", text)
     assert [(line.number, line.text, line.count) for line in lines.after(0)] == [(2, "other", 1), (3, "same", 2)]
 
 
 def test_the_oldest_messages_go_and_long_ones_are_cut() -> None:
-    lines = LogLines(lambda: 0.0)
+    lines = LogLines()
     for number in range(MOST_LINES + 5):
         lines.add("info", "", str(number) if number else "")
     lines.add("error", "", "x" * (LONGEST_LINE + 1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -21,8 +22,9 @@ if TYPE_CHECKING:
     import viser
 
 ORIGIN = np.zeros(3, np.float32)
-BEGIN = 2.0
-"""Wall time after a viewer connects in which its browser may still set the camera itself, s."""
+BEGIN, STIR = 2.0, 2e-4
+"""Wall time after a viewer connects in which its browser may set the camera itself, s, and distance by which a camera at rest moves
+once per `AGAIN`, m: a browser that still starts loses poses, and viser sends no pose that equals the previous one."""
 UNTOUCHED = 0.25
 """Wall time for which the camera does not follow after the viewer last turned it, s; following would undo the turn."""
 AGAIN = 1.0
@@ -67,7 +69,9 @@ class ViewerControls:
         self._away, self._wish, self._rest = np.zeros(3), np.zeros(3), 0.0
         """Vectors from the camera's focus to the camera, m: where it is and where the viewer wants it; and the wall time from
         which the camera follows again, s."""
-        self._begin = time.monotonic()
+        self._begin, self._stir, self._again = time.monotonic(), 0.0, math.inf
+        """Wall time at which the viewer connected, s, the part of `STIR` by which the camera is moved, m, and the wall time from
+        which its pose is sent again, s."""
         self._placed: tuple[str, View] = ("", "free")
         """The selected entity and the view for which the camera was last placed."""
         self._visible: tuple[frozenset[str], str] | None = None
@@ -170,14 +174,17 @@ class ViewerControls:
         camera = self._client.camera
         away, now = np.array(camera.position - camera.look_at), time.monotonic()
         if self._placed != (self.selected, "follow"):
-            distance = min(distance_for(radius), float(np.linalg.norm(away)) or np.inf)
             azimuth = float(np.arctan2(away[1], away[0]))
-            self._wish, self._rest = stand(walls, bodies, place, azimuth, distance) - place, now
+            self._again = now + AGAIN
+            self._wish, self._rest = stand(walls, bodies, place, azimuth, distance_for(radius)) - place, now
         elif not np.allclose(away, self._away, atol=1e-3) and now > self._begin + BEGIN:
             self._wish, self._away, self._rest = away, away, now + UNTOUCHED
         if now < self._rest:
             return
         position = closer(place, place + self._wish, walls.free(bodies, place, place + self._wish))
+        if now >= self._again:
+            self._stir, self._again = STIR - self._stir, now + AGAIN
+        position = position + np.array([0.0, 0.0, self._stir])
         self._place(position, place)
         self._away = position - place
 

@@ -193,7 +193,10 @@ function changed(chart) {
   sessionStorage.setItem("plots", JSON.stringify(charts.map((one) => one.series)));
   $("plots-tab").textContent = wanted.length ? `Plots ${wanted.length}` : "Plots";
   tellRun();
-  if (charts.includes(chart)) chart.build();
+  if (charts.includes(chart)) {
+    chart.build();
+    chart.host.scrollIntoView({ block: "nearest" });
+  }
   tell("plots");
 }
 
