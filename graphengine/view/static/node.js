@@ -76,10 +76,17 @@ function portRow(name, one) {
   line.title = `${one.name}: ${one.type}${one.unit ? ` in ${one.unit}` : ""}${one.wired ? ", wired" : ""}`;
   const about = plotButton(line, one.name, `${name}.${one.name}`, one.unit);
   if (one.unit) about.append(element("span", ` ${one.unit}`, "unit"));
-  if (one.doc) about.append(element("div", one.doc, "doc"));
   const edited = one.side === "inputs" && !one.wired;
   line.append(about, edited ? element("td", "", "value") : valueCell());
-  return edited ? [line, edit(line, name, one)] : [line];
+  const rows = edited ? [line, edit(line, name, one)] : [line];
+  if (one.doc) rows.push(docRow(one.doc));
+  return rows;
+}
+
+function docRow(text) {
+  const line = element("tr", "", "about");
+  line.append(element("td", text, "doc", { colspan: 2 }));
+  return line;
 }
 
 // Returns the expression that reads a port or a variable of the selected graph.
