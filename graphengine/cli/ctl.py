@@ -31,6 +31,7 @@ EXAMPLES = """examples:
   graphrun ctl step 60                   run 60 ticks (one second), then pause
   graphrun ctl play
   graphrun ctl rate 0.5
+  graphrun ctl why dd100                 why the robot stands still
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
   graphrun ctl fault --sensor dd100/sim_lidar --silent --for 2s
   graphrun ctl command arm --positions shoulder=0.5 elbow=90deg
@@ -49,7 +50,7 @@ rad, or in degrees when written as 90deg."""
 
 POLL = 0.1
 """Wall time between two requests for the address of a page that is starting, s."""
-_ANSWERS = ("clearance", "topics", "view")
+_ANSWERS = ("clearance", "topics", "view", "why")
 """Commands whose answer is printed instead of the state of the run."""
 SCOPES = ("time", "state", "spawned", "all")
 
@@ -86,6 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     add("state", "print the state, time, rate, robots and movable objects of the run")
     add("topics", "list the topics that the run publishes or subscribes to")
+    why = add("why", "explain why a robot stands still: the first cause, and the evidence", "robot")
+    why.add_argument("robot", metavar="NAME", help="name of the robot")
     add("play", "start or resume the simulation")
     add("pause", "pause the simulation")
     add("stop", "reset everything to time 0 and wait for `play` or `step`")
@@ -308,6 +311,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(clean(told["text"]))
     elif arguments.command == "topics":
         print(clean("\n".join(told["topics"])))
+    elif arguments.command == "why":
+        print(clean("\n  ".join((told["sentence"], *told["evidence"]))))
     elif arguments.command == "clearance":
         near = [(name, f"{distance:.3f} m" if distance else "overlaps") for name, distance in told["near"].items()]
         print(clean(table(near) if near else "nothing stands there"))

@@ -121,6 +121,25 @@ class Subscription(TopicEndpoint):
         return ()
 
 
+@dataclass(frozen=True, slots=True)
+class Supply:
+    """What reaches a subscription.
+
+    Attributes:
+        publishers: names of the nodes that publish the topic.
+        misfits: reasons why messages of publishers do not arrive, each with a remedy in a second line.
+        strays: topics with the same last name that other nodes publish and no node reads.
+        messages: number of received messages since the session started.
+        silence: number of ticks since the last message arrived; None before the first one.
+    """
+
+    publishers: Sequence[str] = ()
+    misfits: Sequence[str] = ()
+    strays: Sequence[str] = ()
+    messages: int = 0
+    silence: int | None = None
+
+
 class ServiceEndpoint:
     """A service server or client of a node."""
 
@@ -221,6 +240,10 @@ class Network:
     def client(self, claim: EndpointClaim) -> ServiceClient:
         """Create the service client that a claim describes."""
         return ServiceClient(claim)
+
+    def supply(self, claim: EndpointClaim) -> Supply:
+        """Return what reaches the subscription that a claim describes."""
+        return Supply()
 
     def handing_over(self) -> AbstractContextManager[object]:
         """Return a context manager for replacing a graph.

@@ -17,6 +17,8 @@ class HeldEndpoint:
     opened_as: EndpointClaim
     """Claim for which the endpoint was created; unlike `claim`, it keeps its type when a subscription switches to another."""
     holders = 1
+    arrival = 0
+    """Number of the tick that delivered the newest messages; 0 before the first message."""
 
     def release(self) -> bool:
         """Remove one holder of the endpoint; return whether it was the last one."""

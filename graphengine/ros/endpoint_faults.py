@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, S
 from typing import Any, Protocol, TypeAlias
 
 from graphengine.messages.definitions import Definitions
-from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.endpoints import EndpointClaim, QoS, Supply
 from graphengine.messages.qos import mismatch, policy_json, short_of
 from graphengine.ros.network_graph import PATIENCE, Direction, Endpoint, NetworkGraph, another_definition
 from graphengine.ros.transport import Transport
@@ -31,6 +31,9 @@ AMPLE = 4194304
 """Receive buffer size with which all messages of the measurement for `ROOM` arrive, bytes."""
 
 _OTHER: Mapping[str, Direction] = {"publish": "subscribe", "subscribe": "publish"}
+
+UNNAMED = "a program that is not a ROS node"
+"""Name of a peer without a node in reports."""
 
 Fault: TypeAlias = tuple[str, str]
 """Description of a fault, and its remedy; the remedy may be empty."""
@@ -161,6 +164,33 @@ def published_types(graph: NetworkGraph, topics: Iterable[str]) -> dict[str, set
     return {topic: {peer.message_type for peer in graph.publishers(topic)} for topic in topics}
 
 
+def find_publishers(
+    claim: EndpointClaim, ends: Sequence[End], transport: Transport, definitions: Definitions
+) -> Supply:
+    """Return the publishers of a subscription's topic, why their messages do not arrive, and similar topics without readers.
+
+    Args:
+        claim: claim of the subscription.
+        ends: all endpoints of the session in the domain.
+        transport: transport of the domain.
+        definitions: message types of the session.
+    """
+    graph = transport.graph()
+    comparison = _Comparison(ends, graph, transport.node, definitions)
+    kinds = {claim.message_type, *claim.alternatives}
+    others = (peer for peer in graph.endpoints if peer.direction == "publish" and peer.topic != claim.topic)
+    strays = {
+        peer.topic: None
+        for peer in others
+        if _last_part(peer.topic) == _last_part(claim.topic) and peer.message_type in kinds
+        if not graph.subscribers(peer.topic)
+    }
+    unnamed = UNNAMED if transport.node else "this program"
+    names = dict.fromkeys(peer.full_node or unnamed for peer in graph.publishers(claim.topic))
+    misfits = ["\n  ".join(filter(None, fault)) for fault in comparison.misfits(claim)]
+    return Supply(tuple(names), misfits, tuple(strays))
+
+
 class _Comparison:
     """Compares a session's endpoints with their peers, by topic and direction.
 
@@ -240,7 +270,7 @@ class _Comparison:
             for claim in self._own[peer.topic, peer.direction, peer.message_type]:
                 if not short_of(claim.qos, peer.qos) and not short_of(peer.qos, claim.qos):
                     return claim.node
-        return peer.full_node or "a program that is not a ROS node"
+        return peer.full_node or UNNAMED
 
 
 def _last_part(topic: str) -> str:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim, Sink
+from graphengine.messages.endpoints import EndpointClaim, Sink, Supply
 from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
+from graphengine.ros.endpoint_faults import find_publishers
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
@@ -140,9 +142,21 @@ class LiveNetwork(EndpointHost):
         for end in self.hearing:
             arrived = end.freeze()
             if arrived:
+                end.arrival = self._ticks
                 for sink in (*self.sinks, *self.taps):
                     sink.deliver(end.claim, arrived)
         self.look()
+
+    def supply(self, claim: EndpointClaim) -> Supply:
+        """Return what reaches the subscription that a claim describes; peers are those that are discovered by now."""
+        ends = [end for end in self.subscriptions if (end.claim.node, end.topic) == (claim.node, claim.topic)]
+        if not ends:
+            return Supply()
+        end = ends[0]
+        own = list(self._ends(self._domain(claim.ros_context)))
+        peers = find_publishers(end.claim, own, self.transport(claim.ros_context), self.definitions)
+        silence = self._ticks - end.arrival if end.arrival else None
+        return replace(peers, messages=end.heard, silence=silence)
 
     def repeat_clock(self) -> None:
         """Send the newest /clock again, unrecorded, and look for new peers; called while a tick waits for messages."""

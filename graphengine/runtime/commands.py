@@ -22,13 +22,14 @@ from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
-from graphengine.runtime.command import ChangeCommand, Command, EntityName
+from graphengine.runtime.command import ChangeCommand, Command, EntityName, find_robot
 from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, ResetRobot, Spawn
 from graphengine.runtime.fault_commands import Fault, Mend
 from graphengine.runtime.joint_command import JointCommand
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import SCOPES, ResetScope
+from graphengine.runtime.why.explanation import explain
 
 MAX_TICKS = 10_000_000
 """Maximum number of ticks of one `step`."""
@@ -273,6 +274,17 @@ class Topics(Command):
         return {"topics": {claim.topic: claim.message_type for claim in claims if not claim.is_service}}
 
 
+class Why(Command):
+    """Explain why a robot stands still: `sentence`, and `evidence` as a list of texts."""
+
+    robot: EntityName
+    paused_counts: bool = True
+    """Whether a paused session is a cause; false for programs that run single ticks themselves."""
+
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
+        return asdict(explain(session, find_robot(session, self.robot), paused_counts=self.paused_counts))
+
+
 class View(Command):
     """Return the URL of the session's web page, empty while the page starts; if the page's process has ended, start it again.
 
@@ -297,7 +309,7 @@ class Quit(Command):
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, ResetRobot, Push)
 _KINDS += (JointCommand, Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance)
-_KINDS += (Fault, Mend, Topics, View, Quit)
+_KINDS += (Fault, Mend, Topics, Why, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 

@@ -165,6 +165,7 @@ def test_spawning_into_an_object_warns_and_moving_into_one_is_refused(graphrun: 
         assert into_ground.startswith("warning: late is 0.0")
         assert " m deep in floor: physics pushes them apart at once" in into_ground
         assert done.lines[-1].endswith("spawned")
+        assert graphrun("ctl", "why", "late", code=0).lines[0] == "no tick has run yet: the simulation is paused"
         assert graphrun("ctl", "clearance", "late", "0.2,0", code=0).lines == ["dd100  overlaps"]
         assert graphrun("ctl", "clearance", "late", "5,0", code=0).lines == ["nothing stands there"]
         refused = graphrun("ctl", "move", "late", "0.2", "0", "0.03")
@@ -354,6 +355,7 @@ def test_an_invalid_command_line_is_reported(graphrun: Graphrun, words: list[str
         (["move", "a", "-1", "-2e-1"], {"entity": "a", "position": [-1.0, -0.2]}),
         (["move", "a", "--angular", "-.5,0,0"], {"entity": "a", "angular": (-0.5, 0.0, 0.0)}),
         (["move", "a", "1", "2", "--odometry-jumps"], {"entity": "a", "position": [1.0, 2.0], "odometry": "jumps"}),
+        (["why", "a"], {"robot": "a"}),
         (["clearance", "a", "1,2"], {"entity": "a", "position": (1.0, 2.0), "margin": 0.0}),
         (
             ["move", "a", "1", "2", "3", "--quaternion", "0,0,1,0"],
