@@ -16,6 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
+from graphengine.api.port_channels import PortChannels
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.api.values import check_choice
 from graphengine.format import interrupts
@@ -33,6 +34,7 @@ from graphengine.runtime.commands import parse
 from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.pacer import SLOWEST
+from graphengine.runtime.port_values import PortValues
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import BadValues, LoadedScene
@@ -114,6 +116,8 @@ class Runner:
             self.session.queue, self.session.gate = self.queue, gate.opens
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
+            self._ports = PortValues(self.session, options.ports) if options.ports else None
+            self._port_channels = self._open_port_channels(closing)
             self._open_recorder(modules)
             closing.callback(self._end_recording)
             self._offer_simulation_interfaces()
@@ -185,6 +189,11 @@ class Runner:
             return None
         return Diagnostics(self.session, self.network, self.scene.path.stem, self._faults)
 
+    def _open_port_channels(self, closing: ExitStack) -> PortChannels | None:
+        if self.foxglove is None or self._ports is None:
+            return None
+        return closing.enter_context(PortChannels(self.foxglove, self._ports))
+
     def _open_channel(self, closing: ExitStack) -> None:
         if self.options.control is not None:
             from graphengine.control.channel import Channel
@@ -203,6 +212,7 @@ class Runner:
                 force=self.options.force,
                 keep_going=self.options.keep_going,
                 modules=modules,
+                ports=self._ports,
             )
 
     def _end_recording(self, error: BaseException | None = None) -> None:
@@ -323,6 +333,8 @@ class Runner:
             action.after_tick(self.session.clock.frame)
         if self._diagnostics is not None:
             self._diagnostics.after_tick()
+        if self._port_channels is not None:
+            self._port_channels.after_tick(self.session.ticks)
         if self.feed is not None:
             self.feed.after_tick()
 

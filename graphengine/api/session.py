@@ -12,6 +12,7 @@ from graphengine.api.output_digest import OutputDigest
 from graphengine.api.runner import AfterTick, Runner
 from graphengine.api.session_world import SessionWorld
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
+from graphengine.api.value_records import ValueRecord
 from graphengine.api.values import plain, read_only
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.format.wording import did_you_mean, listing
@@ -271,6 +272,24 @@ class Session(SessionWorld):
             UsageError: no graph uses the topic and `type` is missing, or the graphs use another type.
         """
         return open_subscription(self, topic, type, keep)
+
+    @acting
+    def record_values(self, *addresses: str) -> ValueRecord:
+        """Collect the values of ports after each tick, as arrays.
+
+        >>> record = sim.record_values("*/joint_states/ComputeOdom.position")
+        >>> sim.run(0.5)
+        True
+        >>> record.times.shape, record["dd100/joint_states/ComputeOdom.position"].shape
+        ((30,), (30, 3))
+
+        Args:
+            addresses: addresses of ports as in `value`; their parts may be globs.
+
+        Raises:
+            UsageError: no port matches an address, or none of the ports has a number, a text or a short array.
+        """
+        return ValueRecord(self._runner, addresses)
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:

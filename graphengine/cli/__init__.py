@@ -29,6 +29,7 @@ VERBS = {
     "ctl": "control a running simulation: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
     "view": "show a recorded run on a web page: play it, go to any time, find the first difference of a replay",
+    "data": "write topics and ports of a recording as a table: CSV or Parquet",
     "check": "report all errors and warnings in scenes and graphs",
     "explain": "explain the code of an error, warning or note: its cause, an example and the remedy",
     "show": "print a graph's nodes and wires, its schedule or its generated code, or draw the graph",

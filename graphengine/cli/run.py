@@ -74,6 +74,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_repeatable(parser, "--lockstep", "TOPIC=PERIOD", lockstep, type=_lockstep)
     add_flag(parser, "--no-lockstep", "do not wait for programs, even if the scene has the key `lockstep`")
+    ports = (
+        "add the values of these ports to the recording and to Foxglove, as channels /_graph/ADDRESS; an address"
+        " [ROBOT/][GRAPH/]NODE.PORT, whose parts may be globs, as in '*/ComputeOdom.*'"
+    )
+    add_repeatable(parser, "--ports", "ADDRESS", ports)
     profile = (
         "at the end, print how often each node ran and fired, and its computing time, measured in every tenth tick"
     )
@@ -133,6 +138,8 @@ def execute(arguments: argparse.Namespace) -> int:
             raise UsageError(f"--record {error}") from None
     if arguments.foxglove_publish and arguments.foxglove is None:
         raise UsageError("--foxglove-publish needs --foxglove [HOST:]PORT")
+    if arguments.ports and arguments.record is None and arguments.foxglove is None:
+        raise UsageError("--ports needs --record FILE or --foxglove [HOST:]PORT")
     scene = open_scene(arguments)
     console = Console(quiet=arguments.quiet)
     options = RunOptions(
@@ -148,6 +155,7 @@ def execute(arguments: argparse.Namespace) -> int:
         log=console.say,
         fault=console.fault,
         lockstep=read_lockstep(arguments.lockstep) if arguments.lockstep or arguments.no_lockstep else None,
+        ports=arguments.ports,
         patient=arguments.rate is not None and math.isinf(arguments.rate),
     )
     runner = start_runner(scene, options)

@@ -9,6 +9,8 @@ A recording is a bag for `ros2 bag play`, Foxglove and every reader of MCAP's pr
   itself published them or another node received them before (`seen_messages`).
 - **`/_graphengine/session`**, a channel of std_msgs/msg/String, contains the external inputs of each tick as JSON: `delivered`,
   with one list of receiving nodes for each received message of the tick; `commands`; and `wall_time` if a node read the clock.
+- **`/_graph/…`** contains the values of the ports that `--ports` chose, as messages of std_msgs, one for each change. Replays
+  ignore these channels. They are not JSON, because rosbag2 plays no bag with two serialization formats.
 - **Times** are simulation times, so that equal runs make equal files. `log_time` counts from the recording's first tick and never
   goes back; `publish_time` counts from the last play. A received message has the time of the tick in which nodes received it.
 - **Order**: each tick consists of its external inputs, then its received messages, then its published messages. Chunks end at the

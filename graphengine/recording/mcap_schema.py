@@ -72,6 +72,27 @@ class Stream:
         return None if topic is None else cls(topic, message_type, known=topic != channel)
 
 
+@dataclass(frozen=True, slots=True)
+class PortStream:
+    """The values of one port. Replays ignore this channel, because its metadata have no topic.
+
+    Attributes:
+        channel: name of the channel, such as `/_graph/dd100/joint_states/ComputeOdom.position`.
+        message_type: type of the messages, from std_msgs.
+        unit: unit of the values; empty without one.
+        doc: description of the port.
+    """
+
+    channel: str
+    message_type: str
+    unit: str
+    doc: str
+
+    def metadata(self) -> dict[str, str]:
+        """Return the MCAP metadata of the channel: a QoS profile, the unit and the description."""
+        return {"offered_qos_profiles": offered_qos(DEFAULT_QOS), "unit": self.unit, "doc": self.doc}
+
+
 SESSION = Stream(f"{HIDDEN}/session", "std_msgs/msg/String")
 """The stream of external inputs other than messages: commands, wall clock time, and receivers of messages."""
 

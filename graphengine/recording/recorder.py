@@ -17,12 +17,13 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.recording import mcap_schema
 from graphengine.recording.manifest import describe_run
-from graphengine.recording.mcap_schema import Stream, TickTimes
+from graphengine.recording.mcap_schema import PortStream, Stream, TickTimes
 from graphengine.recording.seen_messages import SeenMessages
 from graphengine.recording.sources import RELOADED, SourceNames, media_type, sources
 from graphengine.recording.writer import RecordingWriter, TimedMessage
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.port_values import PortValues, WatchedPort
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -42,6 +43,7 @@ class Recorder(ExternalInputs):
         force: whether to overwrite an existing file.
         keep_going: whether the session continues when a node raises an exception.
         modules: additional Python modules with node types.
+        ports: ports whose values are recorded; None for no ports.
 
     Raises:
         RecordingError: the file cannot be written.
@@ -60,6 +62,7 @@ class Recorder(ExternalInputs):
         force: bool = False,
         keep_going: bool = False,
         modules: Sequence[str] = (),
+        ports: PortValues | None = None,
     ) -> None:
         if session.ticks:
             raise UsageError("start the recording before the first tick of the session")
@@ -77,6 +80,8 @@ class Recorder(ExternalInputs):
         self._arrived: list[tuple[EndpointClaim, Sequence[bytes]]] = []
         self._sent: list[tuple[EndpointClaim, int, bytes]] = []
         self._streams: dict[object, Stream] = {}
+        self._ports = ports
+        self._port_streams: dict[WatchedPort, PortStream] = {}
         self._network = network
         self._sightings: defaultdict[object, SeenMessages] = defaultdict(SeenMessages)
         self._entries: list[TimedMessage] = []
@@ -226,7 +231,7 @@ class Recorder(ExternalInputs):
     def _take_down(self) -> None:
         now = self._times.nanoseconds(self._tick)
 
-        def add(stream: Stream, published: int, data: bytes) -> None:
+        def add(stream: Stream | PortStream, published: int, data: bytes) -> None:
             self._entries.append(TimedMessage(stream, now, published, data))
             self._bytes += len(data)
 
@@ -244,6 +249,13 @@ class Recorder(ExternalInputs):
             add(self._stream(claim), self._times.nanoseconds(frame), data)
         self._arrived.clear()
         self._sent.clear()
+        for port, data in self._ports.changes() if self._ports is not None and self._tick > self._ended else ():
+            add(self._port_stream(port), now, data)
+
+    def _port_stream(self, port: WatchedPort) -> PortStream:
+        if port not in self._port_streams:
+            self._port_streams[port] = PortStream(port.channel, port.message_type, port.unit, port.doc)
+        return self._port_streams[port]
 
     def _outside(self, delivered: Sequence[tuple[Sequence[EndpointClaim], bytes]]) -> dict[str, Any]:
         """Return the external inputs of the tick, with the wall clock time only if a node has read it."""

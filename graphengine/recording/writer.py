@@ -24,7 +24,7 @@ from mcap.writer import CompressionType, Writer
 from graphengine.format.errors import RecordingError
 from graphengine.format.version import __version__
 from graphengine.messages.definitions import Definitions
-from graphengine.recording.mcap_schema import ENCODING, LIBRARY, PROFILE, Stream
+from graphengine.recording.mcap_schema import ENCODING, LIBRARY, PROFILE, PortStream, Stream
 
 MAX_WAITING = 64_000_000
 """Maximum number of bytes in the queue of the writer thread."""
@@ -33,7 +33,7 @@ MAX_WAITING = 64_000_000
 class TimedMessage(NamedTuple):
     """A message with its log time and publish time in nanoseconds."""
 
-    stream: Stream
+    stream: Stream | PortStream
     log_time: int
     publish_time: int
     data: bytes
@@ -66,7 +66,7 @@ class RecordingWriter:
         # LZ4: Zstandard compresses at most 140 MB/s of noisy images, and one camera can produce more.
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
         self._schemas: dict[str, int] = {}
-        self._channels: dict[Stream, int] = {}
+        self._channels: dict[Stream | PortStream, int] = {}
         self._thread = ThreadPoolExecutor(1, "recording")
         self._waiting: deque[tuple[Future[None], int]] = deque()
         self._waiting_bytes = 0
@@ -153,7 +153,7 @@ class RecordingWriter:
             channel = self._channels.get(entry.stream) or self._register(entry.stream)
             self._mcap.add_message(channel, entry.log_time, entry.data, entry.publish_time)
 
-    def _register(self, stream: Stream) -> int:
+    def _register(self, stream: Stream | PortStream) -> int:
         kind = stream.message_type
         if kind not in self._schemas:
             self._schemas[kind] = self._mcap.register_schema(kind, "ros2msg", self._definitions.text(kind).encode())

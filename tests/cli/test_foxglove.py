@@ -148,3 +148,19 @@ def test_a_run_that_foxglove_does_not_see_does_not_import_its_sdk(project: Path)
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_values_of_ports_are_channels_of_their_own(graphrun: Graphrun) -> None:
+    channel = "/_graph/dd100/joint_states/ComputeOdom.position"
+    words = ("--foxglove", "0", "--ports", "*/ComputeOdom.*", *MEMORY)
+    with live("run", "dd100_flat", "--paused", *words) as run:
+        assert run.hear(lambda said: re.search(r"^Foxglove at \S+\n", said, re.MULTILINE) is not None)
+        (url,) = re.findall(r"^Foxglove at (ws://127\.0\.0\.1:\d+)\n", run.said, re.MULTILINE)
+        with FoxgloveClient(url) as client:
+            client.subscribe(ODOM, channel)
+            assert graphrun("ctl", "step", "30").code == 0
+            assert client.until(lambda: len(client.messages[channel]) == len(client.messages[ODOM]) == 30)
+            assert channel.replace("position", "linearVelocity") in client.channels
+            sent = messages.decode(client.messages[channel][-1], "std_msgs/msg/Float64MultiArray").data
+            position = messages.decode(client.messages[ODOM][-1], "nav_msgs/msg/Odometry").pose.pose.position
+            assert sent.tolist() == [position.x, position.y, position.z]

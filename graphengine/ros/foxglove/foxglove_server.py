@@ -99,14 +99,19 @@ class ServedReader(ServedEnd):
             pass
 
 
+def open_channel(context: Context, name: str, message_type: str, definitions: Definitions) -> Any:
+    """Return a new channel of a server for messages in CDR."""
+    schema = Schema(name=message_type, encoding="ros2msg", data=definitions.text(message_type).encode())
+    # foxglove.Channel would do the same, and keep every channel until the process ends.
+    return context._create_channel(name, message_encoding=ENCODING, schema=schema)
+
+
 class ServedTopic:
     """A topic name with a message type. Clients see it as one channel, which exists while the run has endpoints on it."""
 
     def __init__(self, context: Context, key: tuple[str, str], definitions: Definitions) -> None:
         topic, message_type = key
-        schema = Schema(name=message_type, encoding="ros2msg", data=definitions.text(message_type).encode())
-        # foxglove.Channel would do the same, and keep every channel until the process ends.
-        self.channel = context._create_channel(topic, message_encoding=ENCODING, schema=schema)
+        self.channel = open_channel(context, topic, message_type, definitions)
         self.writers: list[ServedEnd] = []
         self.readers: list[ServedReader] = []
         self._lock = threading.Lock()
@@ -199,6 +204,10 @@ class FoxgloveServer(ServerListener):
                 self._topics[end.key] = ServedTopic(self._context, end.key, self._definitions)
             end.served = self._topics[end.key]
             end.served.alike(end).append(end)
+
+    def channel(self, name: str, message_type: str) -> Any:
+        """Return a new channel that is not a topic of the run; the caller closes it."""
+        return open_channel(self._context, name, message_type, self._definitions)
 
     def leave(self, end: ServedEnd) -> None:
         """Stop sending an endpoint's messages; the channel closes with the last endpoint of its topic. Safe to call twice."""
