@@ -36,7 +36,9 @@ class ValueRecord(AfterTick, Mapping[str, NDArray[Any]]):
         session = self._runner.session
         if session.graphs is not self._graphs:
             self.close()
-        if session.ticks == self._ticks or session.graphs is not self._graphs:  # called without a tick while the session waits
+        if (
+            session.ticks == self._ticks or session.graphs is not self._graphs
+        ):  # called without a tick while the session waits
             return
         self._ticks = session.ticks
         self._times.append(session.time)
