@@ -188,11 +188,7 @@ def _weigh(body: mujoco.MjsBody, inertial: Inertial) -> None:
 
 
 def _add_geoms(
-    spec: mujoco.MjSpec,
-    body: mujoco.MjsBody,
-    parts: Sequence[Part],
-    otherwise: Colour | None,
-    made: Meshes,
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, parts: Sequence[Part], otherwise: Colour | None, made: Meshes
 ) -> None:
     """Add the geoms of a link. A visual without a colour, and a collider, get the colour of the visual before it.
 

@@ -14,17 +14,7 @@ from graphengine.descriptions.engine import collides, mujoco
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.robot_description import WORLD, Bounds, Inertial, Joint, Link, Mimic
 from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.devices.rotation import (
-    IDENTITY,
-    NOWHERE,
-    ORIGIN,
-    Pose,
-    Vector3,
-    compose,
-    pose_of,
-    relative,
-    vector,
-)
+from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN, Pose, Vector3, compose, pose_of, relative, vector
 from graphengine.format.diagnostics import Span
 
 _JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
@@ -44,11 +34,7 @@ class MjcfLinks:
     """
 
     def __init__(
-        self,
-        model: mujoco.MjModel,
-        meshes: Mapping[str, tuple[str, Vector3]],
-        places: Mapping[str, Span],
-        span: Span,
+        self, model: mujoco.MjModel, meshes: Mapping[str, tuple[str, Vector3]], places: Mapping[str, Span], span: Span
     ) -> None:
         self.model = model
         self.meshes = meshes

@@ -116,10 +116,7 @@ def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Fi
     text = f"joint {printable(name)!r}: type {element.get('type')} becomes two revolute joints"
     findings.add("N103", text, element.span, f"{printable(name)} turns about <axis>, {printable(second)} about <axis2>")
     yield Link(between, Element("link", {"name": between}, element.span), None, ())
-    for tag, made, at, links in (
-        ("axis", name, pose, (parent, between)),
-        ("axis2", second, NOWHERE, (between, child)),
-    ):
+    for tag, made, at, links in (("axis", name, pose, (parent, between)), ("axis2", second, NOWHERE, (between, child))):
         axis = element.first(tag)
         yield _joint(joint, made, "continuous" if _is_limitless(axis) else "revolute", at, links, axis)
 
