@@ -32,7 +32,7 @@ class Budget:
         """Set the position for findings.
 
         Args:
-            span: node that uses the subgraph which is being expanded.
+            span: position of the node whose subgraph is being expanded.
             via: positions of the subgraph uses around that node, from the outermost inwards, each with a note.
         """
         self.span, self.via = span, via
@@ -60,7 +60,7 @@ class Budget:
         self._check_parts()
 
     def take_wire(self) -> None:
-        """Add a wire to a further inner port of a subgraph's input to the count.
+        """Count one more wire, for each inner port but the first to which an input of a subgraph leads.
 
         Raises:
             OverBudgetError: the graph has more than `MAX_PARTS` parts.

@@ -72,7 +72,7 @@ def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("
 def set_literals(graph: Graph, findings: Findings, *, recorded: bool = False) -> None:
     """Set the inputs of all instances to the values in the graph file; wrong names and values are added to `findings`.
 
-    With `recorded`, for the files of a recording, values out of range are set too, with a warning.
+    With `recorded`, i.e. for files of a recording, values out of range are also set, with a warning.
     """
     for instance in graph.instances:
         entry, cls = instance.entry, instance.cls
@@ -111,7 +111,7 @@ def _set_literal(
         instance: node that has the input.
         port: the input.
         value: value as in a graph file; for a union or `any` port, also a mapping with the keys `type` and `value`.
-        at: function that returns the position of the value; with keys or indices as arguments, of the element there.
+        at: function that returns the position of the value, or of the element at the keys or indices in its arguments.
         findings: receives the errors.
         given_by: help line that says where the value comes from; empty if it comes from the file.
         recorded: whether the value comes from a recording; then a value out of range is set too, with a warning.
@@ -160,7 +160,7 @@ def _unit(port: Port) -> str:
 
 
 def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
-    """Return the index of the first list element that an array type does not accept; None if all fit or it is no array type."""
+    """Return the index of the first list element that an array type refuses; None if all fit, or if the type is no array."""
     if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
         return None
     return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)

@@ -45,7 +45,7 @@ class Refresh:
     repeated: bool = False
     """Whether the data node depends on outputs of its reader, so that it is computed before each activation of the reader."""
     shared: bool = False
-    """Whether several places compute the data node, so that it has a function, which also computes what it reads."""
+    """Whether several nodes need the data node. A generated function then computes it, after the stale data nodes upstream."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ class Plan:
     gates: Mapping[int, tuple[int, ...]]
     """For each node whose execution depends only on `every` gates: these gates; empty for a node that runs in every pass."""
     data: Mapping[int, Refresh] = field(default_factory=dict)
-    """The data nodes that are computed in passes, by index, each after those that it reads."""
+    """The data nodes that are computed in passes, by index; each node follows the data nodes that it reads."""
     flagged: tuple[int, ...] = ()
     """Data nodes for which a flag at run time says whether they are stale."""
     latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)

@@ -10,7 +10,7 @@ EARTH = "spherical_coordinates"
 
 
 def place_world(spec: mujoco.MjSpec, earth: EarthSpec) -> None:
-    """Set the place of a world on Earth; it replaces the place in the world's file."""
+    """Set the place of a world on Earth, in place of the one in the world's file."""
     for known in [each for each in spec.numerics if each.name == EARTH]:
         spec.delete(known)
     numbers = earth.latitude_deg, earth.longitude_deg, earth.elevation, earth.heading_deg

@@ -38,7 +38,7 @@ REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.Une
 
 
 if mujoco.get_mju_user_warning() is None:
-    mujoco.set_mju_user_warning(lambda _: None)  # they are counted elsewhere
+    mujoco.set_mju_user_warning(lambda _: None)  # `SimulationCore` counts the warnings
 
 RAYS_AND_PICTURES = 0
 """Geom group of geoms that are visible to rays and to cameras."""
@@ -135,5 +135,5 @@ def wake(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Wake all sleeping bodies; MuJoCo does not wake them when gravity, friction or their support changes."""
     flags = model.opt.enableflags
     model.opt.enableflags = flags & ~mujoco.mjtEnableBit.mjENBL_SLEEP.value
-    mujoco.mj_kinematics(model, data)  # where nothing may sleep, it wakes what does
+    mujoco.mj_kinematics(model, data)  # while sleeping is disabled, it wakes all sleeping bodies
     model.opt.enableflags = flags

@@ -27,7 +27,7 @@ MAX_SOURCES = 8_000_000
 MAX_FINDINGS = 1000
 """Maximum number of findings that are taken from a confined process."""
 MAX_LINES = 100
-"""Maximum number of help lines of one finding, and of related places."""
+"""Maximum number of help lines of one finding, and of related positions."""
 MAX_FILES = 20_000
 """Maximum number of files that a process may report as read; further files are ignored."""
 MAX_NUMBER = 1 << 31

@@ -45,13 +45,13 @@ TESTED = {
         "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
     ),
     "isaac.stage.stage_process.MAX_MEMORY_BYTES": (
-        "tests/sandbox/test_confinement.py::test_the_environment_is_empty_and_memory_ends"
+        "tests/sandbox/test_confinement.py::test_a_confined_process_has_no_environment_variables_and_limited_memory"
     ),
     "isaac.stage.stage_reader.MAX_SECONDS": (
         "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
     ),
     "descriptions.mjcf.mjcf_trial.MAX_MEMORY_BYTES": (
-        "tests/sandbox/test_confinement.py::test_the_environment_is_empty_and_memory_ends"
+        "tests/sandbox/test_confinement.py::test_a_confined_process_has_no_environment_variables_and_limited_memory"
     ),
     "descriptions.mjcf.mjcf_trial.MAX_SECONDS": (
         "tests/descriptions/mjcf/test_mjcf.py::test_a_model_that_keeps_the_compiler_busy_without_end_is_refused"
@@ -89,19 +89,19 @@ TESTED = {
         "tests/runtime/test_run.py::test_a_run_that_cannot_keep_up_does_not_race_to_catch_up"
     ),
     "sandbox.confinement.MAX_CPU_SECONDS": (
-        "tests/sandbox/test_confinement.py::test_a_process_sees_no_environment_and_ends_in_its_seconds"
+        "tests/sandbox/test_confinement.py::test_a_process_gets_no_environment_variables_and_ends_at_its_time_limit"
     ),
     "sandbox.confinement.MAX_MEMORY_BYTES": (
-        "tests/sandbox/test_confinement.py::test_the_environment_is_empty_and_memory_ends"
+        "tests/sandbox/test_confinement.py::test_a_confined_process_has_no_environment_variables_and_limited_memory"
     ),
     "sandbox.confinement.MAX_THREADS": (
-        "tests/sandbox/test_confinement.py::test_threads_of_a_confined_process_are_counted_also_those_of_root"
+        "tests/sandbox/test_confinement.py::test_the_number_of_threads_is_limited_for_root_too"
     ),
     "sandbox.untrusted.MAX_SOURCES": (
-        "tests/sandbox/test_untrusted.py::test_the_lines_of_all_files_together_are_quoted_up_to_a_number_of_bytes"
+        "tests/sandbox/test_untrusted.py::test_source_lines_of_all_files_are_quoted_up_to_a_total_size"
     ),
     "scene.graph_loading.MAX_SCENE_PARTS": (
-        "tests/compiler/test_budget.py::test_graphs_of_a_scene_hold_so_much_together"
+        "tests/compiler/test_budget.py::test_all_graphs_of_a_scene_share_a_limit_of_nodes_wires_and_variables"
     ),
     "view.page_server.MAX_MESSAGE": ("tests/view/test_page_server.py::test_who_sends_anything_else_is_disconnected"),
     "view.page_server.MAX_VIEWERS": "tests/view/test_page_server.py::test_there_are_no_more_viewers_than_allowed",

@@ -126,7 +126,7 @@ def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Collectio
 
 
 def _read_off(graph: DependencyGraph, readers: Iterable[int]) -> list[int]:
-    """Return the data nodes at whose unwired inputs the wires of some readers begin.
+    """Return the data nodes from whose unwired inputs wires lead to the given readers.
 
     A wire that begins at an input carries its value without a computation of the node.
     """

@@ -89,9 +89,9 @@ class Drive:
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
-    """Return the drive of a joint in SI units; None if the robot file gives the joint no drive.
+    """Return the drive of a joint in SI units; None if the joint has no drive in the robot file.
 
-    Lengths and forces in USD are SI, so only angles are converted.
+    USD has lengths and forces in SI units, so only angles are converted.
 
     Args:
         joint: the joint's entry in the robot file.

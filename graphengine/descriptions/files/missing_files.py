@@ -1,4 +1,4 @@
-"""Reports files to which a world or robot description refers and that do not exist; those of one folder share one error."""
+"""Reports missing files to which a world or robot description refers, with one error for each folder."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class MissingFile:
         element: element of the description with the reference.
         attribute: name of the attribute that is the reference.
         places: paths at which the file was looked up; none for an unsupported scheme.
-        packages: packages in which references are looked up; None for references to files beside the description only.
+        packages: packages in which the reference was looked up; None for a reference that cannot name a package.
     """
 
     element: Element

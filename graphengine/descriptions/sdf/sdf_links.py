@@ -28,10 +28,10 @@ class LinkReader:
     """Reads the links of one model.
 
     Attributes:
-        frames: pose in the outermost scope of each link's frame in the description, by SDF link.
+        frames: a dict from SDF links to the pose of the link's frame in the description, in the outermost scope.
         findings: receives errors and notes.
-        images: visuals so far that have textures; the textures are not drawn.
-        mere_frames: links so far that have neither inertial nor shapes.
+        images: visuals with textures, among those read; the textures are not drawn.
+        mere_frames: links with neither inertial nor shapes, among those read.
     """
 
     frames: Mapping[SdfFrame, Pose]

@@ -74,14 +74,12 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     if len(robots) != 1:
         known = listing((printable(robot.name) for robot in robots), "its models")
         what = "the file has more than one model" if robots else "the file has no model"
-        raise SdfError(
-            what, root.span, *filter(None, [known, "choose one by --model NAME on import" if robots else ""])
-        )
+        raise SdfError(what, root.span, known, "choose one by --model NAME on import" if robots else "")
     return robots[0]
 
 
 def _robot(model: Scope, packages: Packages, findings: Findings, before: int) -> RobotDescription | None:
-    """Return the links and joints of a model; None if there are more than `before` errors then."""
+    """Return the links and joints of a model; None if `findings` then has more than `before` errors."""
     joints, links = model.all_joints(), model.all_links()
     carriers: dict[SdfFrame, SdfFrame] = {}
     carries: dict[SdfFrame, SdfFrame] = {}

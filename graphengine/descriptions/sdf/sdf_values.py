@@ -24,7 +24,7 @@ class SdfError(Exception):
     Attributes:
         message: what is wrong.
         span: source location of the error.
-        help: lines with remedies.
+        help: lines with remedies; empty lines are ignored.
         reported: whether the error has been added to findings.
     """
 
@@ -92,7 +92,7 @@ def number_at(element: Element | None, *path: str, default: float) -> float:
 
 
 def limit_at(element: Element | None, *path: str, default: float) -> float:
-    """Return the limit in the element at a path of tags, `default` without one; values from `INFINITE` become infinite.
+    """Return the limit in the element at a path of tags, or `default`. Limits of at least `INFINITE` become infinite.
 
     Raises:
         SdfError: the text is not a number.
@@ -156,7 +156,7 @@ def placed(pose: Pose, **more: str) -> dict[str, str]:
 
 
 def seen_from(frame: Pose, place: Pose) -> Pose:
-    """Return a pose relative to a frame; both are given in the same frame. -0.0 becomes 0.0."""
+    """Return the pose `place` relative to the pose `frame`; both are given in the same frame. -0.0 becomes 0.0."""
     (x, y, z), (qx, qy, qz, qw) = relative(frame, place)
     return (x + 0.0, y + 0.0, z + 0.0), (qx + 0.0, qy + 0.0, qz + 0.0, qw + 0.0)
 

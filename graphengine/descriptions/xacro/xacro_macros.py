@@ -76,7 +76,7 @@ def _outside_macros(root: Element) -> Iterator[Element]:
 def choose_macro(
     root: Element, wanted: str | None, arguments: Collection[str], findings: Findings
 ) -> RobotMacro | None:
-    """Return the macro that defines the robot; None if the file creates the robot itself, or after some errors.
+    """Return the macro that defines the robot; None if the file creates the robot itself, or if no macro can be chosen.
 
     Args:
         root: root element of the file.
@@ -88,9 +88,8 @@ def choose_macro(
     needed = [key for key, value in macro.parameters.items() if value is None] if macro is not None else []
     if macro is not None and (missing := [name for name in needed if name not in arguments]):
         text = f"the macro {macro.name!r} needs a value of {', '.join(map(repr, missing))}"
-        findings.add(
-            "S103", text, macro.span, f"add to the command: {' '.join(f'{printable(name)}:=…' for name in missing)}"
-        )
+        values = " ".join(f"{printable(name)}:=…" for name in missing)
+        findings.add("S103", text, macro.span, f"add to the command: {values}")
     return macro
 
 
