@@ -5,24 +5,20 @@ An action server consists of three nodes: ROS2ActionServerGoal, ROS2ActionServer
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages.action_client import ActionClient
 from graphengine.messages.actions import ActionServer, Goal
-from graphengine.messages.definitions import Definitions
 from graphengine.messages.goals import STATUS_NAMES
-from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String, Token, UInt64
-from graphengine.nodes.ros2.fields import Layout, expect, find_action
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Out, Pushes, State, String, Token, UInt64
+from graphengine.nodes.ros2.fields import FieldNode, Layout
 
 
-class ActionNode(Node):
-    """Base of action nodes that have a port for each field of the action type.
+class ActionNode(FieldNode):
+    """Base of action nodes that have a port for each field of the action type."""
 
-    The graph file must name the action type by literals, because these ports are created before wires are read.
-    """
-
+    folder = "action"
     goal: ClassVar[Layout]
     result: ClassVar[Layout]
     feedback: ClassVar[Layout]
@@ -30,16 +26,6 @@ class ActionNode(Node):
     message_package: String = In(required=True, setup=True, doc="package of the action type, such as `control_msgs`")
     message_subfolder: String = In(default="action", setup=True, doc="folder of the package that holds the action type")
     message_name: String = In(required=True, setup=True, doc="name of the action type, such as `FollowJointTrajectory`")
-
-    def bind(self) -> str:
-        """Return the action type that the inputs name, such as control_msgs/action/FollowJointTrajectory.
-
-        Raises:
-            ContextError: the node's ports were created for an action type other than the one that the inputs name.
-        """
-        parts = (getattr(self, part, None) for part in ("goal", "result", "feedback"))
-        layout: Layout | None = next((part for part in parts if part is not None), None)
-        return expect(layout, self.message_package, self.message_subfolder, self.message_name)
 
 
 class NamedActionNode(ActionNode):
@@ -75,9 +61,9 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
     stops, the active goal is aborted.
     """
 
-    preempts: bool = In(
-        default=True, doc="true: a new goal aborts the active one; false: new goals are rejected while one is active"
-    )
+    parts: ClassVar = {"goal": Out}
+
+    preempts: bool = In(default=True, doc="true: a new goal aborts the active goal; false: it is rejected")
     on_goal = ExecOut(doc="fires once for each goal that arrives")
     on_cancel = ExecOut(
         doc="fires once when a client requests to cancel the active goal; if nothing is wired to it, the goal ends as canceled"
@@ -90,12 +76,6 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
     server: ActionServer = Bound()
     tells_of_cancel: bool = Bound()
     cancelling: bytes = State(default=b"")
-
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the goal, and an output for each of its fields."""
-        goal, _, _ = find_action(literals, definitions)
-        return {"goal": goal, **goal.ports(Out)}
 
     def setup(self, context: Context) -> None:
         """Create the action server `actionName`."""
@@ -138,34 +118,24 @@ class PursuingNode(ActionNode):
     The fields of the feedback or of the result are inputs.
     """
 
-    part: ClassVar[str]
-    """Part of the action that the node sends: `feedback` or `result`."""
-
     exec_in = ExecIn()
     server_handle: UInt64 = In(required=True, doc="handle of the action server, from a ROS2ActionServerGoal")
 
     door: Context = Bound()
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the feedback or result that the node sends, and an input for each of its fields."""
-        _, result, feedback = find_action(literals, definitions)
-        layout = {"result": result, "feedback": feedback}[cls.part]
-        return {cls.part: layout, **layout.ports(In)}
+    action_type: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Check the values of the field inputs and, if `serverHandle` is already set, the action type of the server."""
-        self.door = context
-        self.bind()
+        self.door, self.action_type = context, self.bind()
         if self.server_handle:
             self._find()
-        getattr(self, self.part).check(self)
 
     def _find(self) -> ActionServer:
-        server, action_type = self.door.action(self.server_handle), self.bind()
-        if server.action_type != action_type:
+        server = self.door.action(self.server_handle)
+        if server.action_type != self.action_type:
             raise ContextError(
-                f"the node is for {action_type}, but the action {server.action} has type {server.action_type}",
+                f"the node is for {self.action_type}, but the action {server.action} has type {server.action_type}",
                 self.message_name,
                 "name the same action type in both nodes",
             )
@@ -195,7 +165,7 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
     executed downstream of `onGoal`, it accepts the new goal. Without a goal, it sends nothing and does not fire.
     """
 
-    part: ClassVar[str] = "feedback"
+    parts: ClassVar = {"feedback": In}
 
     exec_out = ExecOut(doc="fires if the server has a goal")
 
@@ -222,7 +192,7 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
     the node sends nothing and does not fire.
     """
 
-    part: ClassVar[str] = "result"
+    parts: ClassVar = {"result": In}
 
     status: Token = In(
         default="succeeded",
@@ -268,6 +238,8 @@ class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"
     events of older goals are ignored. If several feedback messages arrive in a tick, the newest one is output.
     """
 
+    parts: ClassVar = {"goal": In, "feedback": Out, "result": Out}
+
     cancel = ExecIn(control=True, doc="requests that the server cancel the latest goal")
     on_accepted = ExecOut(doc="fires when the server has accepted the latest goal")
     on_rejected = ExecOut(doc="fires when the server has rejected the latest goal")
@@ -282,18 +254,9 @@ class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"
     latest: bytes = State(default=b"")
     cancelling: bool = State(default=False)
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layouts of goal, result and feedback, an input for each goal field and an output for each other field."""
-        goal, result, feedback = find_action(literals, definitions)
-        made = {"goal": goal, "result": result, "feedback": feedback}
-        return {**made, **goal.ports(In), **feedback.ports(Out), **result.ports(Out)}
-
     def setup(self, context: Context) -> None:
         """Create the client of the action `actionName`."""
-        action_type = self.bind()
-        self.goal.check(self)
-        self.client = context.action_client(action_type, self.action_name, **self.endpoint())
+        self.client = context.action_client(self.bind(), self.action_name, **self.endpoint())
 
     def compute(self) -> None:
         """Request to cancel the latest goal if `cancel` is executed, and send a new goal if `execIn` is executed.
