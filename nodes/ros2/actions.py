@@ -33,11 +33,9 @@ class NamedActionNode(ActionNode):
 
     exec_in = ExecIn()
     context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: that of the session"
     )
-    node_namespace: String = In(
-        default="", setup=True, doc="ROS namespace of the action; `isaac:namespace` of prims is not added"
-    )
+    node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(
         default="",
@@ -46,16 +44,16 @@ class NamedActionNode(ActionNode):
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the namespace, QoS and domain inputs as keyword arguments for the creation of an action server or client."""
+        """Return the inputs for namespace, QoS and domain as keyword arguments for the creation of a server or client."""
         return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
 
 
 class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
-    """Creates an action server and outputs the fields of each goal, such as `Goal:order` for Fibonacci.
+    """Creates an action server and outputs the fields of each goal, such as `Goal:order` of a Fibonacci.
 
     Execute the node in every tick. `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists the
     outputs for the fields. `onGoal` fires once for each goal. When the nodes downstream of `onGoal` have run, the goal is
-    accepted, unless a ROS2ActionServerResult among them has ended it as `rejected`. At most one goal is active: if `preempts` is
+    accepted, unless one of them is a ROS2ActionServerResult that rejected the goal. At most one goal is active: if `preempts` is
     true, a new goal aborts the active goal; otherwise the new goal is rejected. Wire `serverHandle` to a
     ROS2ActionServerFeedback, which sends feedback, and to a ROS2ActionServerResult, which ends the goal. When the simulation
     stops, the active goal is aborted.
@@ -84,7 +82,7 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
         self.tells_of_cancel = context.wired("on_cancel")
 
     def compute(self) -> Pushes:
-        """Fire `onCancel` if the cancellation of the active goal is requested, then output each new goal and fire `onGoal`."""
+        """Fire `onCancel` if a client requests to cancel the active goal, then output each new goal and fire `onGoal`."""
         server = self.server
         self.server_handle = server.handle
         arrived, active = server.goals(), server.current
@@ -113,9 +111,9 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
 
 class PursuingNode(ActionNode):
-    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal, or the result of the goal.
+    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal or end this goal with a result.
 
-    The fields of the feedback or of the result are inputs.
+    The fields of the feedback or of the result are inputs of the node.
     """
 
     exec_in = ExecIn()

@@ -23,7 +23,7 @@ class ServiceNode(FieldNode):
     response: ClassVar[Layout]
 
     context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: that of the session"
     )
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     message_package: String = In(required=True, setup=True, doc="package of the service type, such as std_srvs")
@@ -37,7 +37,7 @@ class NamedServiceNode(ServiceNode):
     exec_in = ExecIn()
     service_name: String = In(default="/service_name", setup=True, doc="name of the service")
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth 10"
     )
 
     def endpoint(self) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
 
     `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` lists these outputs. `onReceived` fires once for each
     request that arrived in the tick, oldest first. A ROS2ServiceServerResponse with the same `serverHandle` sends the response.
-    If the next request is output before the response is sent, the earlier request never gets a response, and a warning is logged.
+    If the next request is output before the response is sent, the earlier request gets no response, and a warning is logged.
     """
 
     parts: ClassVar = {"request": Out}
@@ -72,9 +72,7 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
         self.server_handle = self.server.handle
         for request_id, request in self.server.take():
             if self.server.current is not None:
-                self.logger.log(
-                    "warning", f"{self.server.service}: a request was not answered before the next one came"
-                )
+                self.logger.log("warning", f"{self.server.service}: the next request came before a response was sent")
             self.server.current = request_id
             self.request.write(self, request)
             yield self.on_received
@@ -137,7 +135,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
 
 
 class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceClient"):
-    """Calls a service; the request's fields are inputs, the response's fields are outputs, such as `Response:success`.
+    """Calls a service. The fields of the request are inputs; those of the response are outputs, such as `Response:success`.
 
     `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` lists these ports. Every execution calls the service, even
     while earlier calls wait for responses. If a server exists, a call is sent at the end of the tick. Otherwise, the last ten
