@@ -32,9 +32,7 @@ class NamedActionNode(ActionNode):
     """Base of nodes that create an action server or client, with inputs for the action's name, namespace, QoS and domain."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: that of the session"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(

@@ -39,7 +39,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     """
 
     joint_name: String = In(
-        default="", required=True, setup=True, doc="joint that moves the fingers; a mimic joint is an error"
+        default="", required=True, setup=True, doc="joint that moves the fingers; must not be a mimic joint"
     )
     action_name: String = In(default="gripper_controller/gripper_cmd", setup=True, doc="name of the gripper's action")
     action_type: Token = In(
@@ -51,9 +51,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         unit="N m, N",
         doc="maximum effort if the goal does not set one; 0: only the drive limits the effort",
     )
-    goal_tolerance: float = In(
-        default=0.01, ge=0.0, unit="rad, m", doc="maximum position error of a goal that succeeds"
-    )
+    goal_tolerance: float = In(default=0.01, ge=0.0, unit="rad, m", doc="position error up to which a goal succeeds")
     allow_stalling: bool = In(
         default=False,
         doc="true: a goal succeeds if the finger stalls, for example on an object; false: such a goal is aborted",

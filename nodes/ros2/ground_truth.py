@@ -33,9 +33,7 @@ class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2Publ
     child_frame_id: String = In(
         default="odom", setup=True, doc="parent frame of the odometry; child of the published transform"
     )
-    topic_name: String = In(
-        default="tf", setup=True, doc="topic of the odometry transform and of the published transform"
-    )
+    topic_name: String = In(default="tf", setup=True, doc="topic of both the odometry and the published transform")
 
     publisher: Publisher = Bound()
     links: Mapping[str, Frame] = Bound()

@@ -13,8 +13,8 @@ from graphengine.nodes.ros2.publisher import TopicNode
 class SensorHelper(TopicNode):
     """Base of nodes that publish a sensor's samples from the first execution of the node until the simulation stops.
 
-    A subclass looks up the sensor in `setup` and publishes in `update`. The namespace of a topic comes from the sensor's prim and the
-    ancestors of this prim.
+    A subclass looks up the sensor in `setup` and publishes in `update`. The namespace of a topic comes from the sensor's prim and
+    the ancestors of this prim.
     """
 
     enabled: bool = In(default=True, doc="true: an execution starts publishing; false: an execution stops publishing")

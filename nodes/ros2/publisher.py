@@ -16,9 +16,7 @@ class NetworkNode(Node):
     """Base of nodes that create publishers, subscriptions or services, with inputs for domain and namespace."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: that of the session"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(
         default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
     )

@@ -20,9 +20,7 @@ class RobotActionNode(RobotNode):
     `execOut` fires only in ticks with a command, so that other nodes can command the joints between goals.
     """
 
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: that of the session"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(
         default="",
         setup=True,

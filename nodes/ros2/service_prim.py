@@ -42,7 +42,7 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
         default="set_prim_attribute", setup=True, doc="name of the SetPrimAttribute service, which sets an attribute"
     )
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth 10"
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
     exec_out = ExecOut(doc="fires once in each tick in which the node responds to requests")
 

@@ -22,9 +22,7 @@ class ServiceNode(FieldNode):
     request: ClassVar[Layout]
     response: ClassVar[Layout]
 
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: that of the session"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     message_package: String = In(required=True, setup=True, doc="package of the service type, such as std_srvs")
     message_subfolder: String = In(default="srv", setup=True, doc="folder of the package that holds the service type")
@@ -37,7 +35,7 @@ class NamedServiceNode(ServiceNode):
     exec_in = ExecIn()
     service_name: String = In(default="/service_name", setup=True, doc="name of the service")
     qos_profile: String = In(
-        default="", setup=True, doc="JSON from a ROS2QoSProfile; empty: reliable, volatile, depth 10"
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
 
     def endpoint(self) -> dict[str, Any]:

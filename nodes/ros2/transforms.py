@@ -103,7 +103,8 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
             self.links = context.transform_tree(self.target_prims, parent, loops=False)
             edges = [(link.parent_name, link.child_name) for link in self.links]
         elif not edges:
-            raise ContextError("parentFrames and targetPrims are empty: set targetPrims, or wire the frames")
+            empty = "parentFrames, childFrames and targetPrims are empty"
+            raise ContextError(f"{empty}: set targetPrims, or wire the frames")
         self.publisher = self.open(context, frame_id=edges[0][0] if edges else "", transforms=edges)
 
     def reads(self) -> Iterable[str]:
