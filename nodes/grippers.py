@@ -63,9 +63,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     open_in = ExecIn(name="open", doc="starts to open the gripper and moves the fingers by the first step")
     close_in = ExecIn(name="close", doc="starts to close the gripper and moves the fingers by the first step")
     stop = ExecIn(doc="stops the fingers where they are")
-    articulation_root_prim: Target = In(
-        required=True, setup=True, doc="the robot's prim, base link or articulation root"
-    )
+    articulation_root_prim: Target = In(required=True, setup=True, doc="robot's prim, base link or articulation root")
     gripper_prim: Target = In(doc="no effect: `jointNames` selects the joints")
     joint_names_in: Tokens = In(name="jointNames", required=True, doc="names of the fingers' joints")
     open_position: Doubles = In(
@@ -112,17 +110,15 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
                 has the wrong length; a number is not finite; or a speed is not above 0.
         """
         selection, measured = self.joints()
-        goals, speed = (
-            self.goals(selection.names),
-            self.one_per_joint("gripperSpeed", self.gripper_speed, selection.names),
-        )
+        goals = self.goals(selection.names)
+        speed = self.one_per_joint("gripperSpeed", self.gripper_speed, selection.names)
         if not (speed > 0.0).all():
             raise BadValueError("gripperSpeed", speed.tolist(), "greater than 0")
         is_first = len(self.commanded) != len(measured)
         positions = measured if is_first or self.stop else np.array(self.commanded)
         motion = "close" if self.close_in else "open" if self.open_in else self.motion
         motion = "" if self.stop else motion
-        moves = bool(is_first or self.stop or motion)
+        moves = is_first or self.stop or motion
         if motion:
             positions = np.clip(goals[motion], positions - speed, positions + speed)
             motion = "" if np.array_equal(positions, goals[motion]) else motion
@@ -161,11 +157,8 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
             robot = self.articulation
             closed, opened = np.array([robot.ranges[robot.joint_names.index(name)] for name in names], float).T
             if not np.isfinite([closed, opened]).all():
-                raise BadValueError(
-                    "openPosition, closePosition",
-                    [],
-                    f"positions that are not all 0 (not all of {', '.join(names)} have limits to use instead)",
-                )
+                legal = f"positions that are not all 0 (not all of {', '.join(names)} have limits to use instead)"
+                raise BadValueError("openPosition, closePosition", [], legal)
         return {"open": opened, "close": closed}
 
     def one_per_joint(self, port: str, values: NDArray[np.float64], names: Sequence[str]) -> NDArray[np.float64]:

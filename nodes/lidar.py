@@ -49,18 +49,12 @@ class BeamsNode(LidarNode):
 
     horizontal_fov: Float = Out(default=0.0, unit="deg", doc="angle between the first beam and the last beam of a ring")
     horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between neighbouring beams of a ring")
-    depth_range: Float2 = Out(
-        default=(0.0, 0.0), unit="m", doc="[shortest range, longest range] that the lidar can measure"
-    )
-    rotation_rate: Float = Out(
-        default=0.0, unit="Hz", doc="samples per second; all beams of a sample are cast at the same time"
-    )
+    depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="[shortest range, longest range] of the lidar")
+    rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples per second; all beams are cast at once")
     linear_depth_data: Floats = Out(unit="m", doc="range of each beam, ring by ring; infinite if the beam hits nothing")
     intensities_data: UChars = Out(doc="intensity of each beam, ring by ring, 0 to 255")
     num_cols: Int = Out(default=0, doc="number of beams in a ring")
-    azimuth_range: Float2 = Out(
-        default=(0.0, 0.0), unit="deg", doc="azimuths of the first beam and of the last beam of a ring"
-    )
+    azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuths of a ring's first and last beam")
 
     def put_out_beams(self, scan: Scan, beams: slice) -> None:
         """Set the outputs of this class; `beams` selects the beams of the sample to output."""
@@ -84,7 +78,7 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
 
     exec_in = ExecIn(name="exec")
     render_product_path: Token = In(
-        required=True, setup=True, doc="path from IsaacCreateRenderProduct, or a lidar's prim path"
+        required=True, setup=True, doc="lidar: path from IsaacCreateRenderProduct, or prim path"
     )
     data_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
     cuda_device_index: Int = In(default=-1, doc=_NO_EFFECT)
@@ -151,9 +145,7 @@ class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacRead
     exec_in = ExecIn()
     lidar_prim: Target = In(required=True, setup=True, doc="prim of the lidar")
     exec_out = ExecOut(doc="fires once per lidar sample")
-    data: Point3fs = Out(
-        unit="m", doc="hit points of the beams of all rings, in the lidar's frame; beams without a hit give no point"
-    )
+    data: Point3fs = Out(unit="m", doc="hit points in the lidar's frame, ring by ring; beams without a hit are skipped")
 
     def setup(self, context: Context) -> None:
         """Look up the lidar at `lidarPrim` and keep its handle."""

@@ -45,7 +45,7 @@ class PrimNode(Node):
     use_path: bool
 
     def given(self) -> str:
-        """Return the path of the prim, or an empty string if the inputs select no prim or a wire selects it during the run."""
+        """Return the path of the prim; an empty string if no input selects a prim, or a wire selects the prim during the run."""
         return self.prim_path if self.use_path else next(iter(self.prim), "")
 
     def path(self) -> str:
@@ -57,12 +57,8 @@ class PrimNode(Node):
         path = self.given()
         if not path:
             name, other = ("primPath", "prim") if self.use_path else ("prim", "primPath")
-            given = self.prim if self.use_path else self.prim_path
-            hint = (
-                f"{other} is set, but is used only if usePath is {'false' if self.use_path else 'true'}"
-                if given
-                else ""
-            )
+            unused = self.prim if self.use_path else self.prim_path
+            hint = f"{other} is set, but is used only if usePath is {str(not self.use_path).lower()}" if unused else ""
             raise ContextError(f"{name} is empty", "", hint)
         return path
 
@@ -70,9 +66,7 @@ class PrimNode(Node):
 class AttributeNode(PrimNode):
     """Base of nodes that read or write an attribute of a prim."""
 
-    name: Token = In(
-        default="", setup=True, required=True, doc="USD name of the attribute, such as `xformOp:translate`"
-    )
+    name: Token = In(default="", setup=True, required=True, doc="USD name of the attribute, for example `physics:mass`")
     use_path: bool = In(default=False, setup=True, doc=_USE_PATH)
 
     attribute: PrimAttribute = Bound()

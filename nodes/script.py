@@ -55,8 +55,8 @@ class Database:
         inputs: values of the declared inputs, as attributes with the inputs' names; arrays are read-only.
         outputs: values of the declared outputs, as attributes with the outputs' names; the script sets them, and the node copies
             them to its outputs after `compute`.
-        per_instance_state: object on which the script may store its state as attributes; cleared when the simulation stops.
-        internal_state: the same object as `per_instance_state`.
+        per_instance_state: namespace for the attributes in which the script stores its state; a stop clears it.
+        internal_state: another name of `per_instance_state`.
     """
 
     def __init__(self, log: Log) -> None:
@@ -176,9 +176,8 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         for name, value in vars(db.outputs).items():
             if name not in ports:
                 hint = did_you_mean(name, ports) or listing(ports, "outputs")
-                raise TypeError(
-                    f'db.outputs.{name} is not a declared output; add "outputs:{name} double" to attributes; {hint}'
-                )
+                remedy = f'add "outputs:{name} double" to attributes'
+                raise TypeError(f"db.outputs.{name} is not a declared output; {remedy}; {hint}")
             field = ports[name].field
             if ports[name].is_exec:
                 fired |= getattr(self, field) if value else 0
@@ -290,9 +289,8 @@ def _declaration(text: object) -> tuple[str, str, PortType | types.UnionType]:
     path, _, type_name = text.partition(" ") if isinstance(text, str) else ("", "", "")
     side, _, name = path.partition(":")
     if side not in ("inputs", "outputs") or not name.isidentifier() or name.startswith("_"):
-        raise ValueError(
-            f'{text!r} declares no attribute; write a declaration such as "inputs:speed double" or "outputs:command double[]"'
-        )
+        example = '"inputs:speed double" or "outputs:command double[]"'
+        raise ValueError(f"{text!r} declares no attribute; write a declaration such as {example}")
     port_type = types.parse(type_name.strip())
     if port_type == types.parse("bundle"):
         raise ValueError(f"{text!r}: a script cannot have a bundle; declare one attribute for each value")

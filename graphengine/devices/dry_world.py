@@ -113,7 +113,7 @@ class DryWorld(Stateful):
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """Return the stub of a prim, always the same object. The stub moves with the parent's stub until `place` moves it."""
+        """Return the stub of a prim, the same object at each call. It moves with the stub of the parent prim until `place`."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
@@ -122,7 +122,7 @@ class DryWorld(Stateful):
     frame = body
 
     def mass(self, prim: Prim) -> float:
-        """Return 1 kg, whatever the prim is."""
+        """Return 1 kg for every prim."""
         return 1.0
 
     def placement(self, prim: Prim) -> BodyStub | None:

@@ -29,9 +29,7 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
     """
 
     exec_in = ExecIn()
-    robot_path: String = In(
-        default="", required=True, setup=True, doc="path of the robot's prim, base link or articulation root"
-    )
+    robot_path: String = In(default="", required=True, setup=True, doc="path of the robot's prim, base link or root")
     auto_step_pre_physics: bool = In(default=True, doc="no effect: drives act in every physics step")
     step_dt: float = In(default=0.016667, unit="s", doc="no effect: drives do not integrate errors")
     feedforward_command: Floats = In(

@@ -23,14 +23,10 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     """
 
     exec_in = ExecIn()
-    chassis_prim: Target = In(
-        required=True, setup=True, doc="prim of a rigid body, or prim that is fixed to a rigid body"
-    )
+    chassis_prim: Target = In(required=True, setup=True, doc="prim of a rigid body, or prim that is fixed to one")
     exec_out = ExecOut()
     position: Vector3d = Out(unit="m", doc="position of the body in the frame of its start pose")
-    orientation: Quaterniond = Out(
-        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) of the body relative to its start pose"
-    )
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="rotation (x, y, z, w) from the start pose")
     linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the body's frame")
     angular_velocity: Vector3d = Out(unit="rad/s", doc="angular velocity in the world frame")
     linear_acceleration: Vector3d = Out(

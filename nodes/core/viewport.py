@@ -14,9 +14,7 @@ class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
 
     exec_in = ExecIn()
     name: Token = In(default="", setup=True, doc="name of the viewport; if empty, `viewportId` selects the name")
-    viewport_id: UInt = In(
-        default=0, setup=True, doc=f"number to use as the viewport's name if `name` is empty; 0 selects {DEFAULT!r}"
-    )
+    viewport_id: UInt = In(default=0, setup=True, doc=f"number that is the name if `name` is empty; 0: {DEFAULT!r}")
     viewport: Token = Out(doc="name of the viewport")
     exec_out = ExecOut()
 

@@ -55,9 +55,7 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
     """Divides a value by a number, or an array by an array of numbers; quotients of integers are doubles."""
 
     a: Any = In(type=NUMERICS, required=True, doc="dividend: number, tuple or array")
-    b: Any = In(
-        type=NUMERICS, required=True, doc="divisor: number, or array of numbers if `a` is an array; 0 is an error"
-    )
+    b: Any = In(type=NUMERICS, required=True, doc="divisor: number, or array if `a` is an array; 0 is an error")
     result: Any = Out(type=NUMERICS, doc="`a` / `b`; has the type of `a`, with doubles in place of integers")
 
     @staticmethod
@@ -145,9 +143,7 @@ class Increment(Elementwise, type="omni.graph.nodes.Increment"):
 
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to add to")
     increment: float = In(default=1.0, doc="number to add to each number of `value`")
-    result: Any = Out(
-        type=NUMERICS, doc="sum; has the type of `value`; if that is an integer type, the sum is truncated toward 0"
-    )
+    result: Any = Out(type=NUMERICS, doc="sum in the type of `value`, truncated toward 0 for an integer type")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Return the addition as a function of port values; integer results are truncated toward 0."""

@@ -51,7 +51,7 @@ def common(operands: Mapping[str, PortType]) -> PortType:
     """Return the common type of the operands, which is the result type of an element-wise operation.
 
     Args:
-        operands: types of the operands by port name.
+        operands: a dict from port names to the types of the operands.
 
     Raises:
         ValueError: two operands are tuples of different lengths.
@@ -101,10 +101,8 @@ def lift(
         output: type of the result.
         on_numbers: the same function for Python numbers. It computes scalars and tuples, for which numpy takes ten times as long.
     """
-    one_by_one = output.count == max(given.count for given in inputs) and not any(
-        one.array for one in (*inputs, output)
-    )
-    if on_numbers is not None and one_by_one:
+    has_arrays = any(one.array for one in (*inputs, output))
+    if on_numbers is not None and not has_arrays and output.count == max(given.count for given in inputs):
         return _of_tuples(on_numbers, inputs, output)
     real = any(map(is_real, (*inputs, output)))
     dtype = np.dtype(np.float64) if real else common({str(i): one for i, one in enumerate(inputs)}).dtype

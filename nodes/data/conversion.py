@@ -228,9 +228,7 @@ def text_of(value: Any) -> str:
 class ToTarget(Node, type="omni.graph.nodes.ToTarget"):
     """Converts prim paths to a target, which is a list of prims."""
 
-    value: Any = In(
-        type="path|string|token|token[]", required=True, doc="prim path or paths; an empty path is left out"
-    )
+    value: Any = In(type="path|string|token|token[]", required=True, doc="prim path or paths; empty paths are left out")
     converted: Target = Out(doc="the prims at these paths")
 
     def compute(self) -> None:

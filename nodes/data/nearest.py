@@ -20,15 +20,9 @@ class NearestRange(Node, type="graphengine.data.NearestRange"):
 
     ranges: Floats = In(unit="m", doc="measured range of each beam, in order of azimuth; infinity and NaN are ignored")
     azimuth_range: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuths of the first and the last beam")
-    sector: Float2 = In(
-        default=(-180.0, 180.0),
-        unit="deg",
-        doc="lowest and highest azimuth to search; 0 is ahead, positive is left",
-    )
-    distance: Float = Out(
-        default=math.inf, unit="m", doc="nearest range in the sector; infinite if there is no finite range"
-    )
-    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if there is no finite range")
+    sector: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuths to search, [right, left]; 0 is ahead")
+    distance: Float = Out(default=math.inf, unit="m", doc="nearest range in the sector; infinite if there is none")
+    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if there is none")
 
     def compute(self) -> None:
         """Set the outputs to the smallest finite range in the sector and to its azimuth."""
@@ -44,7 +38,7 @@ class NearestRange(Node, type="graphengine.data.NearestRange"):
 
 @lint("W216")
 def lint_sectors(context: LintContext) -> None:
-    """Warn of sectors that contain no azimuth of a beam, and of angles that seem to be in radians."""
+    """Warn about sectors that contain no azimuth of a beam, and about angles that seem to be in radians."""
     for inputs, node in known_inputs(context, NearestRange):
         known = [name for name in ("sector", "azimuth_range") if inputs.value(name) is not None]
         radians = [name for name in known if _seem_radians(*inputs.value(name))]

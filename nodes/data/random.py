@@ -23,7 +23,7 @@ class RandomNode(Node):
     exec_in = ExecIn()
     seed: UInt64 = In(default=0, doc="seed of the random numbers; used if `useSeed` or `isNoise` is true")
     use_seed: bool = In(
-        default=False, doc="true: the numbers depend only on `seed`; false: on the session's seed and the node's path"
+        default=False, doc="true: numbers depend only on `seed`; false: on the session's seed and the path"
     )
     is_noise: bool = In(default=False, doc="true: every execution with the same `seed` gives the same number")
     exec_out = ExecOut()
@@ -87,7 +87,7 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
 
     minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lower bound (inclusive)")
     maximum: Any = In(
-        type=NUMERICS, name="max", default=1.0, doc="upper bound; inclusive for integers, exclusive for real numbers"
+        type=NUMERICS, name="max", default=1.0, doc="upper bound: inclusive for integers, exclusive for reals"
     )
     random: Any = Out(
         type=NUMERICS,

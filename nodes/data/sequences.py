@@ -83,11 +83,8 @@ def position(index: int, length: int) -> int:
         BadValueError: the index is out of range.
     """
     if not -length <= index < length:
-        raise BadValueError(
-            "index",
-            index,
-            f"from {-length} to {length - 1}" if length else "an index into an array or string that is not empty",
-        )
+        empty = "an index into an array or string that is not empty"
+        raise BadValueError("index", index, f"from {-length} to {length - 1}" if length else empty)
     return index % length
 
 

@@ -94,9 +94,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         unit="s",
         doc="time that the joints have to reach the goal after the end of a trajectory; 0: no limit",
     )
-    feedback_rate: float = In(
-        default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the action's feedback; 0: no feedback"
-    )
+    feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the feedback; 0: no feedback")
 
     joints: ControlledJoints = Bound()
     subscription: Subscription = Bound()
@@ -132,7 +130,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         self.commanded = tuple(names)
 
     def compute(self) -> Fire:
-        """Start the trajectories that arrived in this tick, and follow the current one."""
+        """Start the trajectories that arrived in this tick, and follow the current trajectory."""
         fired = self.drop()
         newest = self.subscription.newest()
         if newest is not None:
@@ -146,7 +144,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return fired
 
     def drop(self) -> Fire:
-        """Hold the joints if the server of the current goal was closed, or if `setup` has chosen other joints to command.
+        """End the goal and hold the joints if the goal's server was closed, or if `setup` has chosen other joints to command.
 
         Return the port to fire, or None if the joints are not held.
         """
@@ -157,7 +155,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.hold(codes.INVALID_GOAL, "the controller was set up again", "abort")
 
     def begin(self, trajectory: Any, goal: Goal | None) -> Fire:
-        """Replace the current trajectory by a new one, and abort the current goal.
+        """Replace the current trajectory by a new trajectory, and abort the current goal.
 
         If the new trajectory is invalid, log the reason and abort the new goal instead.
 
@@ -190,7 +188,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return None
 
     def set_point(self) -> JointPoint:
-        """Return the current set point of the trajectory, or that of the joints' drives if there is no trajectory."""
+        """Return the current set point of the trajectory; without a trajectory, the set point of the joints' drives."""
         now, zeros = self.clock.time, np.zeros(len(self.joints.names))
         if self.spline is not None:
             return JointPoint(now, *self.spline.sample(now), zeros)
@@ -207,11 +205,9 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         """
         if self.goal is not None and self.goal.cancel_requested:
             return self.hold(codes.SUCCESSFUL, "canceled: joints hold their positions", "canceled")
-        now = self.clock.time
+        now, rate = self.clock.time, self.feedback_rate
         overdue = now - spline.end
-        due = (
-            self.goal is not None and self.feedback_rate and now - self.reported >= 1.0 / self.feedback_rate - _ROUNDING
-        )
+        due = self.goal is not None and rate and now - self.reported >= 1.0 / rate - _ROUNDING
         if overdue < -_ROUNDING and not due and not tolerances.limits_path:  # nothing depends on the errors
             return self.command(*spline.sample(now + self.clock.delta))
         desired, indices = spline.sample(now), list(self.joints.indices)
@@ -244,14 +240,12 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
             self.logger.log("warning", f"{self.server.action}: {text}")
         self.end(code, text, ending)
         robot, indices = self.articulation, list(self.joints.indices)
-        lowest, highest = np.array(robot.target_ranges)[
-            indices
-        ].T  # a joint that rests on its limit is slightly beyond it
-        positions = np.clip(robot.positions()[indices], lowest, highest)
+        # A joint that rests on its limit is slightly beyond the limit.
+        positions = np.clip(robot.positions()[indices], *np.array(robot.target_ranges)[indices].T)
         return self.command(positions, np.zeros_like(positions))
 
     def end(self, code: int, text: str, ending: str) -> None:
-        """End the current trajectory and its goal; `ending` is the method of `Goal` to call, such as `abort`."""
+        """End the current trajectory and its goal; `ending` names the method of `Goal` that ends the goal, such as `abort`."""
         if self.goal is not None:
             getattr(self.goal, ending)(self.result(code, text))
         self.goal = self.spline = self.tolerances = None
@@ -265,7 +259,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
         Args:
             goal: the goal.
-            states: three pairs of positions and velocities: desired, actual, and their difference.
+            states: positions and velocities of the joints: desired, measured, and desired minus measured.
         """
         if not self.server.endpoints.feedback.wanted:
             return
@@ -283,7 +277,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
 @lint("W209")
 def lint_trajectories_without_drive(context: LintContext) -> None:
-    """Warn about trajectory controllers that command joints without a position drive: these joints will not move."""
+    """Warn about trajectory controllers that command joints without a position drive: these joints do not move."""
     for _, instance, node in context.nodes(ROS2FollowJointTrajectory):
         robot = robot_of(context, node)
         if robot is None:
@@ -294,6 +288,5 @@ def lint_trajectories_without_drive(context: LintContext) -> None:
             continue
         message = f"{instance.id} commands joints of {robot.path} that have no position drive: nothing moves"
         remedy = f"write `{idle[0]}: {{drive: {{stiffness: 1000, damping: 50}}}}` below `joints:` of the robot file"
-        context.findings.add(
-            "W209", message, instance.span, listing(idle, "joints"), remedy, related=instance.entry.via
-        )
+        helps = listing(idle, "joints"), remedy
+        context.findings.add("W209", message, instance.span, *helps, related=instance.entry.via)

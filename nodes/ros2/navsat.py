@@ -47,8 +47,7 @@ class NavSatPublisher(SamplePublisher, type="graphengine.ros2.NavSatPublisher"):
         reading = receiver.reading()
         head, fixed = header(reading.time, self.publisher.claim.frame_id), not math.isnan(reading.latitude)
         level, height = (noise**2 if fixed else 0.0 for noise in (receiver.horizontal_noise, receiver.vertical_noise))
-        status = DEFINITIONS.message_class("sensor_msgs/msg/NavSatStatus")(
-            _FIXES[receiver.fix] if fixed else _NO_FIX, _GPS
-        )
+        fix, known = (_FIXES[receiver.fix], _DIAGONAL_KNOWN) if fixed else (_NO_FIX, _UNKNOWN)
+        status = DEFINITIONS.message_class("sensor_msgs/msg/NavSatStatus")(fix, _GPS)
         place = reading.latitude, reading.longitude, reading.altitude
-        return head, status, *place, np.diag((level, level, height)).ravel(), _DIAGONAL_KNOWN if fixed else _UNKNOWN
+        return head, status, *place, np.diag((level, level, height)).ravel(), known

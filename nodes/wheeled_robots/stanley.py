@@ -134,9 +134,8 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         check_finite(self, "gains")
         _, gain, steering = self.gains
         if not (gain > 0.0 and 0.0 < steering < math.pi / 2):
-            raise BadValueError(
-                "gains", self.gains, "three numbers, the second above 0 and the third between 0 and pi/2"
-            )
+            legal = "three numbers, the second above 0 and the third between 0 and pi/2"
+            raise BadValueError("gains", self.gains, legal)
         if not self.step > 0.0:
             raise BadValueError("step", self.step, "above 0")
         if not self.wheel_base * gain > 0.0:

@@ -30,9 +30,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     """
 
     robot_prim: Target = In(setup=True, doc="the robot's prim, base link or articulation root")
-    com_prim: Target = In(
-        setup=True, doc="prim at the centre of the base; the outputs are in its frame; if empty, the base link is used"
-    )
+    com_prim: Target = In(setup=True, doc="prim at the base's centre, frame of the outputs; if empty, the base link")
     use_path: bool = In(
         default=False,
         setup=True,

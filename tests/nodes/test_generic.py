@@ -203,10 +203,10 @@ def test_any_content_of_a_message_of_every_shape_comes_out_as_it_went_in(tmp_pat
     saying: Any = grown(ROS2Publisher, names(name), definitions)()
     for seed in range(40):
         data = messages.encode(random_message(name, np.random.default_rng(seed), definitions), definitions)
-        hearing.layout.write(hearing, messages.decode(data, name, definitions))
+        hearing.message.write(hearing, messages.decode(data, name, definitions))
         for port in (port for port in type(saying).fields if port.startswith("message__")):
             setattr(saying, port, getattr(hearing, port))
-        assert messages.encode(saying.layout.read(saying), definitions) == data
+        assert messages.encode(saying.message.read(saying), definitions) == data
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -0.0, 5e-324, 1.7976931348623157e308])

@@ -191,7 +191,7 @@ def test_an_unanswered_request_is_dropped_at_the_next_one_and_reported() -> None
     server.asked(True, False)
     assert server.response.compute() == server.response.exec_out
     assert [number for number, _ in server.answers()] == [2]
-    assert server.context.logged == [("warning", "/light: a request was not answered before the next one came")]
+    assert server.context.logged == [("warning", "/light: the next request came before a response was sent")]
 
 
 def test_a_request_is_answered_once() -> None:
