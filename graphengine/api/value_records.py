@@ -15,7 +15,8 @@ from graphengine.runtime.port_values import PortValues
 class ValueRecord(AfterTick, Mapping[str, NDArray[Any]]):
     """The values of ports after each tick, as arrays by address of the port; `Session.record_values` creates it.
 
-    The first axis of each array is the tick; an array whose length changes gives an array of objects. After a reload, the record ends, because the ports may be others.
+    The first axis of each array is the tick; an array whose length changes gives an array of objects. After a reload, the record
+    ends, because the ports may be others.
 
     Args:
         runner: runner of the session.

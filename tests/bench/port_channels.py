@@ -1,7 +1,7 @@
 """What 40 ports as channels cost a tick: the same recorded scene with and without them, in turns in one run.
 
-`python tests/bench/port_channels.py [SCENE] [ROUNDS]` prints the milliseconds of the processor a tick of both, and the median of the
-ratios of neighbouring turns; a second recording without ports shows how far chance goes. Nothing is asserted.
+`python tests/bench/port_channels.py [SCENE] [ROUNDS]` prints the CPU time per tick of both, ms, and the median of the ratios of
+neighbouring turns; a second recording without ports shows how far chance goes. Nothing is asserted.
 """
 
 from __future__ import annotations
