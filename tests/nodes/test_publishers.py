@@ -137,7 +137,7 @@ def test_the_time_stamp_acts_when_it_is_set(cls: type[PublisherNode]) -> None:
     context = robot()
     node = publishing(cls, context, time_stamp=1.25)
     assert stamp(node.message()) == (1, 250_000_000)
-    node.time_stamp = 2.5  # type: ignore[attr-defined]
+    node.time_stamp = 2.5
     assert stamp(node.message()) == (2, 500_000_000)
 
 
