@@ -172,7 +172,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
             names: names of the joints.
 
         Raises:
-            BadValueError: the number of values is not 0, 1 or that of the joints, or a number is not finite.
+            BadValueError: the number of values is not 0, 1 or the number of joints, or a number is not finite.
         """
         if len(values) not in (0, 1, len(names)) or not np.isfinite(values).all():
             raise BadValueError(port, values.tolist(), f"one finite number, or one for each of {len(names)} joints")

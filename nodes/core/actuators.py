@@ -15,7 +15,7 @@ from graphengine.nodes.touched import drives_of
 
 
 class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.ArticulationActuators"):
-    """Sets feed-forward efforts, which are added to the efforts of the joints' drives.
+    """Sets feed-forward efforts. They are added to the efforts of the joints' drives.
 
     Isaac Sim's actuators correspond to the drives of the robot file: a drive with `stiffness` and `damping` to a PD actuator,
     and its `max_force` to the effort limit of the actuator. A feed-forward effort acts from the next physics step until it is

@@ -260,7 +260,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
     """Report controllers whose commands have no effect on some joints, because the drives of these joints lack the needed gain.
 
     Position commands need a drive with stiffness, velocity commands a drive with damping. The finding is an error if the inputs
-    select such a joint by name or index, and the joint has no drive and mimics no other joint. Otherwise it is a warning.
+    select a joint by name or index that has no drive and mimics no other joint. Otherwise the finding is a warning.
     """
     for command in _commands(context):
         joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}

@@ -31,7 +31,7 @@ class TimeNode(ClockNode):
 
 
 class IsaacReadSimulationTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSimulationTime", volatile=True):
-    """Outputs the simulation time, which is constant within a pass of the graph."""
+    """Outputs the simulation time. It is constant within a pass of the graph."""
 
     reset_on_stop: bool = In(default=True, doc="true: output the time since play; false: since the session began")
     simulation_time: float = Out(unit="s")
@@ -96,7 +96,7 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
 class IsaacRealTimeFactor(ClockNode, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
     """Computes the real-time factor: elapsed simulation time divided by elapsed wall time.
 
-    The elapsed times are those between the last two ticks in which the node was computed.
+    Both times are measured between the last two ticks in which the node was computed.
     """
 
     rtf: Float = Out(doc="1 is real time, above 1 is faster; 0 until the node was computed in two ticks")

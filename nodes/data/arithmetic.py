@@ -118,7 +118,7 @@ class Negate(Elementwise, type="omni.graph.nodes.Negate"):
     output: Any = Out(type=NUMERICS, doc="`input` times -1")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of the output, which is the type of the input.
+        """Return the type of the input, which is also the type of the output.
 
         Raises:
             ValueError: the input type is unsigned.

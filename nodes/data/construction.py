@@ -52,9 +52,9 @@ class ConstructedNode(Node):
         raise NotImplementedError
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+        """Return the type of the array, and the element type for each input whose type does not convert to the element type.
 
-        The compiler converts the literal of such an input to the required type, or reports an error.
+        The compiler converts the literals of these inputs to the element type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types.
@@ -108,9 +108,9 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return element_of(asked)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+        """Return the type of the array, and the element type for each input whose type does not convert to the element type.
 
-        The compiler converts the literal of such an input to the required type, or reports an error.
+        The compiler converts the literals of these inputs to the element type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types, or the input numbers have a gap.

@@ -36,7 +36,7 @@ class RandomNode(Node):
         self.common_numbers = context.random()
 
     def generator(self) -> np.random.Generator:
-        """Return the random generator for the next value, as selected by `isNoise` and `useSeed`."""
+        """Return the random generator that `isNoise` and `useSeed` select for the next value."""
         if self.is_noise:
             return np.random.Generator(np.random.Philox(key=self.seed))
         if not self.use_seed:
@@ -47,7 +47,7 @@ class RandomNode(Node):
 
 
 class RandomBoolean(RandomNode, type="omni.graph.nodes.RandomBoolean"):
-    """Outputs a random boolean, which is true with probability 1/2."""
+    """Outputs a random boolean: true with probability 1/2."""
 
     random: bool = Out(doc="random boolean")
 

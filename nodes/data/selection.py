@@ -76,7 +76,7 @@ def _as_it_is(value: Any) -> Any:
 
 
 def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
-    """Return a function that selects element by element; `arrays` tells which of its arguments are arrays."""
+    """Return a function that selects element by element; `arrays` says for each of its arguments whether it is an array."""
     element = replace(result, array=False)
 
     def choose(*values: Any) -> Any:

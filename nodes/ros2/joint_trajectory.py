@@ -182,7 +182,7 @@ def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -
 
 
 def _check_numbers(points: Sequence[Any], joints: int) -> None:
-    """Check that each point has a position for each joint, and velocities and accelerations for each joint or none.
+    """Check that each point has one position per joint, and one velocity and acceleration per joint or no such numbers.
 
     The numbers must be finite and not too large, and there must be no efforts and not too many points.
     """

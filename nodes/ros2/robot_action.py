@@ -17,7 +17,7 @@ from graphengine.nodes.ros2.joint_spline import Floats
 class RobotActionNode(RobotNode):
     """Base of action server nodes that command joints; the outputs are wired to an IsaacArticulationController.
 
-    `execOut` fires only in ticks with a command, so that other nodes can command the joints between goals.
+    `execOut` fires only in ticks with a command: other nodes can command the joints between goals.
     """
 
     context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")

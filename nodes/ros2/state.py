@@ -28,7 +28,7 @@ class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishCloc
     """Publishes simulation time as rosgraph_msgs/Clock.
 
     When the time jumps, for example by a reset, the new time is published on the topic `/clock` at once, even while the session
-    is paused, so that tf2 buffers discard transforms from the future.
+    is paused: tf2 buffers then discard transforms from the future.
     """
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"

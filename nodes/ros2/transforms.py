@@ -31,7 +31,7 @@ def transform(time: float, parent: str, child: str, position: Vector3, turn: Qua
 
 
 class TransformPublisher(PublisherNode):
-    """Base of nodes that publish tf2_msgs/TFMessage; the topic's namespace is that of the outermost ancestor prim."""
+    """Base of nodes that publish tf2_msgs/TFMessage; the topic has the namespace of the outermost ancestor prim."""
 
     message_type: ClassVar[str] = _TF
 

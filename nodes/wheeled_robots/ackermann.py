@@ -13,7 +13,7 @@ from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 
 class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):
-    """Computes the steering angles and speeds of four wheels, so that all wheels roll about one turning centre.
+    """Computes the steering angles and speeds with which four wheels roll about one turning centre.
 
     `steeringAngle` d is the steering angle of a bicycle with the same wheel base. With `wheelBase` b and `trackWidth` t, let
     k = 1 - (t / 2b) tan d for left wheels and k = 1 + (t / 2b) tan d for right wheels. Wheels that are not steered roll at

@@ -22,8 +22,8 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     by the wheel's `mecanumAngles` about `upAxis`. The base has the velocity v and the turn rate w.
 
     If `rolling` is false, the node uses Isaac Sim's model: each wheel contributes s r g to the velocity and s r (g x p) to the
-    turn rate of the base. Of all wheel speeds whose contributions add up to the twist, the node outputs those with the least sum
-    of r s^2. This model ignores that wheels roll.
+    turn rate of the base. Among all wheel speeds whose contributions add up to the twist, the node outputs the speeds
+    with the least sum of r s^2. This model ignores that wheels roll.
 
     If `rolling` is true, the wheels roll on the floor and do not slip along their roller axes. For each wheel,
     s r (a x up) . g = (v + w up x p) . g, where `up` is the unit vector along `upAxis`.
@@ -130,7 +130,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         """Yield the axle and the roller axis of each wheel, as unit vectors in the frame of the base.
 
         Raises:
-            BadValueError: there is not one orientation per wheel, the number of angles is neither 1 nor that of the wheels, or a
+            BadValueError: there is not one orientation per wheel, there is neither one angle nor one angle per wheel, or a
                 vector or quaternion has the length 0.
         """
         angles = self.per_wheel("mecanumAngles", self.mecanum_angles).tolist()
@@ -183,7 +183,7 @@ def _without_slip(radii: Doubles, axles: Doubles, rollers: Doubles, positions: D
         up: unit vector that points up.
 
     Raises:
-        BadValueError: a roller axis has the direction of its wheel's axle, so that the wheel does not drive.
+        BadValueError: a roller axis has the direction of its wheel's axle: the wheel does not drive.
     """
     grips = radii * np.sum(np.cross(axles, up) * rollers, axis=1, keepdims=True)
     if np.any(np.abs(grips) < 1e-9 * radii):
