@@ -84,8 +84,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     )
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of `positionCommands`")
     position_commands: Doubles = Out(
-        unit="rad, m",
-        doc="position target of each joint; if this output is wired, the node itself does not set targets",
+        unit="rad, m", doc="position target of each joint; if wired, the node itself does not set targets"
     )
 
     articulation: Articulation = Bound()

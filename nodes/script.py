@@ -98,9 +98,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         doc="path of a file with Python code, relative to the graph file's folder; used if `usePath` is true",
     )
     attributes: Tokens = In(
-        default=(),
-        extension=True,
-        doc='inputs and outputs to declare, such as "inputs:speed double" or "outputs:command double[]"',
+        default=(), extension=True, doc='ports to declare, such as "inputs:speed double" or "outputs:command double[]"'
     )
     exec_out = ExecOut()
 

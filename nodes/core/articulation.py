@@ -48,8 +48,7 @@ class SelectedJointsNode(RobotNode):
 
     joint_names: Tokens = In(doc="names of the joints to use, in this order; if empty, `jointIndices` selects them")
     joint_indices: Ints = In(
-        ge=0,
-        doc="indices of the joints to use, if `jointNames` is empty; if both inputs are empty, all joints are used",
+        ge=0, doc="indices of the joints to use, if `jointNames` is empty; if both are empty, all joints"
     )
 
     selection: JointSelection = Bound()
@@ -90,16 +89,14 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
     """
 
     position_command: Doubles = In(
-        unit="rad, m",
-        doc="position targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        unit="rad, m", doc="position targets, one per selected joint; NaN keeps a target, an empty array all targets"
     )
     velocity_command: Doubles = In(
         unit="rad/s, m/s",
-        doc="velocity targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        doc="velocity targets, one per selected joint; NaN keeps a target, an empty array all targets",
     )
     effort_command: Doubles = In(
-        unit="N m, N",
-        doc="effort targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        unit="N m, N", doc="effort targets, one per selected joint; NaN keeps a target, an empty array all targets"
     )
 
     logger: Context = Bound()

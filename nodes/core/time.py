@@ -18,10 +18,9 @@ class TimeNode(ClockNode):
     The reference time is `referenceTimeNumerator` / `referenceTimeDenominator`, s.
     """
 
-    reference_time_numerator: int = In(default=0, doc="numerator of the reference time, s")
+    reference_time_numerator: int = In(default=0, doc="numerator of the reference time, s; needs a denominator above 0")
     reference_time_denominator: UInt64 = In(
-        default=0,
-        doc="denominator of the reference time (s), which replaces the time of the clock; 0: output the time of the clock",
+        default=0, doc="denominator of the reference time, s; 0: output the time of the clock"
     )
 
     def or_reference(self, time: float) -> float:

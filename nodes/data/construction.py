@@ -88,9 +88,7 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
 
     array_size: Int = In(default=1, ge=0, doc="number of elements; if there are fewer inputs, the last is repeated")
     array_type: Token = In(
-        default="auto",
-        tokens=ARRAY_TYPES,
-        doc="type of the array; auto: array of the first input type to which all other inputs convert",
+        default="auto", tokens=ARRAY_TYPES, doc="type of the array; auto: first input type to which all convert"
     )
     input0: Any = In(type=ELEMENTS, required=True, doc="first element; a graph can add `input1`, `input2`, …")
     array: Any = Out(type=ARRAYS, doc="array of type `arrayType`")

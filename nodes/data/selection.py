@@ -26,8 +26,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
     if_true: Any = In(type=ANYTHING, required=True)
     if_false: Any = In(type=ANYTHING, required=True)
     result: Any = Out(
-        type=ANYTHING,
-        doc="selected value, or array of selected elements if any input is an array; a single value applies to all elements",
+        type=ANYTHING, doc="selected value, or array of selected elements; a single value applies to all elements"
     )
 
     choose: Operation = Bound()

@@ -36,9 +36,7 @@ class NamedActionNode(ActionNode):
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(
-        default="",
-        setup=True,
-        doc="QoS of the action's services, as JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10",
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
 
     def endpoint(self) -> dict[str, Any]:

@@ -53,18 +53,13 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     """
 
     joint_names: Tokens = In(
-        default=(),
-        setup=True,
-        doc="joints to command; if empty, all joints that have a position drive and are not mimic joints",
+        default=(), setup=True, doc="joints to command; if empty, all driven joints that are not mimic joints"
     )
     controller_name: String = In(
-        default="joint_trajectory_controller",
-        setup=True,
-        doc="name of the controller, the prefix of its action and topic names",
+        default="joint_trajectory_controller", setup=True, doc="name of the controller: prefix of action and topic"
     )
     allow_partial_joints_goal: bool = In(
-        default=False,
-        doc="true: joints that a trajectory leaves out keep their set points; false: such a trajectory is invalid",
+        default=False, doc="true: joints missing in a trajectory keep their set points; false: this is an error"
     )
     path_tolerances: Doubles = In(
         default=_NONE,
@@ -81,18 +76,10 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         doc="maximum position error at the end of a trajectory: one number, or one for each joint; empty or 0: no limit",
     )
     stopped_velocity_tolerance: float = In(
-        default=0.01,
-        ge=0.0,
-        setup=True,
-        unit="rad/s, m/s",
-        doc="maximum joint speed at the end of a trajectory; 0: no limit",
+        default=0.01, ge=0.0, setup=True, unit="rad/s, m/s", doc="maximum joint speed at the end; 0: no limit"
     )
     goal_time: float = In(
-        default=0.0,
-        ge=0.0,
-        setup=True,
-        unit="s",
-        doc="time that the joints have to reach the goal after the end of a trajectory; 0: no limit",
+        default=0.0, ge=0.0, setup=True, unit="s", doc="time to reach the goal after the trajectory's end; 0: no limit"
     )
     feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the feedback; 0: no feedback")
 

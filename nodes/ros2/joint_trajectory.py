@@ -86,11 +86,8 @@ class ControlledJoints(Shared):
         """
         indices = joint_numbers(robot, chosen)
         if not chosen or len(set(indices)) < len(indices):
-            raise ContextError(
-                "a controller needs at least one joint, and no joint twice",
-                list(chosen),
-                "name joints with a position drive",
-            )
+            text = "a controller needs at least one joint, and no joint twice"
+            raise ContextError(text, list(chosen), "name joints with a position drive")
         for name, index in zip(chosen, indices, strict=True):
             if leader := robot.leaders[index]:
                 raise ContextError(f"mimic joint {name!r} follows {leader!r}", name, f"command {leader!r} instead")

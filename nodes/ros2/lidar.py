@@ -51,10 +51,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     enable_object_id_map: bool = In(default=False, doc="no effect: rays do not identify objects")
     object_id_map_topic_name: String = In(default="object_id_map")
     no_return: Token = In(
-        default="inf",
-        tokens=("inf", "max", "minus_one"),
-        extension=True,
-        doc="range of a beam that hits nothing: inf, range_max or -1",
+        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="range of a miss: inf, range_max or -1"
     )
 
     lidar: Lidar = Bound()

@@ -211,9 +211,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         doc="covariance of x, y, z, roll, pitch, yaw: 6 x 6 numbers, row by row; empty: zeros, which mean unknown",
     )
     twist_covariance: Doubles = In(
-        default=np.zeros(0),
-        extension=True,
-        doc="covariance of the published velocities: 6 x 6 numbers, like `poseCovariance`",
+        default=np.zeros(0), extension=True, doc="covariance of the velocities: 6 x 6 numbers, like `poseCovariance`"
     )
 
     def setup(self, context: Context) -> None:

@@ -32,9 +32,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True,
-        setup=True,
-        doc="alternating prim paths and frame names; each prim and each frame occurs only once",
+        required=True, setup=True, doc="alternating prim paths and frame names; each prim and frame occurs once"
     )
     articulation_roots: Tokens = In(setup=True, doc="paths of robots; they are checked, but have no other effect")
     exec_out = ExecOut(doc="fires once in each tick in which messages arrived")

@@ -37,10 +37,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     )
     max_wheel_rotation: float = In(default=6.28, ge=0.0, unit="rad", doc="largest steering angle of a wheel; 0: none")
     steering_angle_velocity: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="rad/s",
-        doc="rate of change towards `steeringAngle`; 0: at once",
+        default=0.0, ge=0.0, unit="rad/s", doc="rate of change towards `steeringAngle`; 0: at once"
     )
     max_steering_angle_velocity: float = In(
         default=0.0, ge=0.0, unit="rad/s", doc="limit of `steeringAngleVelocity`; 0: no limit"
@@ -65,10 +62,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         default=False, doc="true: the back wheels steer, in the opposite direction; false: the front wheels"
     )
     dt: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="s",
-        doc="time between two executions; needed if `acceleration` or `steeringAngleVelocity` is not 0",
+        default=0.0, ge=0.0, unit="s", doc="time between two executions; needed for ramps of speed and steering"
     )
     exec_out = ExecOut()
     wheel_angles: Doubles = Out(unit="rad", doc="angles of the steered wheels: [left, right]")

@@ -36,16 +36,14 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     wheel_positions: Double3s = In(required=True, unit="m", doc="position of each wheel relative to the base's centre")
     wheel_orientations: Double4s = In(required=True, doc="orientation (w, x, y, z) of each wheel relative to the base")
     mecanum_angles: Doubles = In(
-        required=True,
-        unit="deg",
-        doc="angles from the axle to the roller axis about `upAxis`: one per wheel, or one for all wheels",
+        required=True, unit="deg", doc="angles from axle to roller axis about `upAxis`: one per wheel, or one for all"
     )
     wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="direction of the axle in the frame of each wheel")
     up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up direction in the frame of the base")
     input_velocity: Double3 = In(
         default=(0.0, 0.0, 0.0),
         unit="m/s, m/s, rad/s",
-        doc="twist of the base: [forward speed, speed to the left, counter-clockwise turn rate]",
+        doc="twist: [forward speed, speed to the left, counter-clockwise turn rate]",
     )
     max_linear_speed: float = In(default=100000.0, ge=0.0, unit="m/s", doc="largest speed of the base; 0: no limit")
     max_angular_speed: float = In(default=100000.0, ge=0.0, unit="rad/s", doc="largest turn rate; 0: no limit")

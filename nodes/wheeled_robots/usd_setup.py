@@ -40,7 +40,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     com_prim_path: Token = In(
         default="",
         setup=True,
-        doc="path of the prim at the centre of the base, used if `usePath` is true; if empty, the base link is used",
+        doc="path of the prim at the base's centre, used if `usePath` is true; if empty, the base link",
     )
     wheel_radius: Doubles = Out(unit="m", doc="radius of each wheel")
     wheel_positions: Double3s = Out(unit="m", doc="position of each wheel in the frame of `comPrim`")
