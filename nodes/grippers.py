@@ -84,8 +84,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     )
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of `positionCommands`")
     position_commands: Doubles = Out(
-        unit="rad, m",
-        doc="position target of each joint; if this output is wired, the node itself does not set targets",
+        unit="rad, m", doc="position target of each joint; if wired, the node itself does not set targets"
     )
 
     articulation: Articulation = Bound()
@@ -172,7 +171,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
             names: names of the joints.
 
         Raises:
-            BadValueError: the number of values is not 0, 1 or that of the joints, or a number is not finite.
+            BadValueError: the number of values is not 0, 1 or the number of joints, or a number is not finite.
         """
         if len(values) not in (0, 1, len(names)) or not np.isfinite(values).all():
             raise BadValueError(port, values.tolist(), f"one finite number, or one for each of {len(names)} joints")

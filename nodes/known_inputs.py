@@ -1,4 +1,4 @@
-"""Finds values of inputs and lengths of arrays that are known before a run, and reports those that are wrong."""
+"""Finds values of inputs and lengths of arrays that are known before a run, and reports wrong values and lengths."""
 
 from __future__ import annotations
 

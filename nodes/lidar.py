@@ -118,11 +118,7 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
         unit="s", doc="time of each beam relative to the time of the sample; always 0, as all beams are cast at once"
     )
     num_rows: Int = Out(default=0, doc="number of rings")
-    zenith_range: Float2 = Out(
-        default=(0.0, 0.0),
-        unit="deg",
-        doc="elevations of the lowest ring and of the highest ring above the lidar's xy plane",
-    )
+    zenith_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="elevations of the lowest and of the highest ring")
     exec_out = ExecOut(doc="fires once per lidar sample")
 
     def setup(self, context: Context) -> None:

@@ -107,10 +107,7 @@ class PointBuffersNode(Node):
     data_ptr: Buffer = In(default=0, doc=_BUFFER)
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     data_ptr_out: Buffer = Out(
-        default=0,
-        name="dataPtr",
-        unit="m",
-        doc="points in the sensor's frame: buffer with x, y, z of each point as float32",
+        default=0, name="dataPtr", unit="m", doc="points in the sensor's frame: buffer of x, y, z as float32"
     )
     cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
     buffer_size: UInt64 = Out(default=0, doc=_SIZE)
@@ -188,7 +185,7 @@ class OgnIsaacExtractRTXSensorPointCloud(
         required=True,
         setup=True,
         extension=True,
-        doc="path from IsaacCreateRenderProduct, or the prim path of a lidar or radar",
+        doc="lidar or radar: path from IsaacCreateRenderProduct, or prim path",
     )
     exec_out = ExecOut(name="exec", doc="fires once per sample of the sensor")
 

@@ -179,8 +179,7 @@ class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLoca
     """Reads the pose of a prim in the world frame as a matrix for row vectors, with the position (m) in its last row."""
 
     local_to_world_transform: Any = Out(
-        type="matrixd[4]",
-        doc="pose in the world frame: 4 x 4 matrix, row by row, with the position (m) in its last row",
+        type="matrixd[4]", doc="pose in the world frame: 4 x 4 matrix, row by row; the last row is the position, m"
     )
 
     def compute(self) -> None:
@@ -211,8 +210,7 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
 
     prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
     value: Any = Out(
-        type="matrixd[4]",
-        doc="pose relative to the parent prim: 4 x 4 matrix, row by row, with the position (m) in its last row",
+        type="matrixd[4]", doc="pose relative to the parent: 4 x 4 matrix, row by row; the last row is the position, m"
     )
 
     translate: PrimAttribute = Bound()

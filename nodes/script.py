@@ -98,9 +98,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         doc="path of a file with Python code, relative to the graph file's folder; used if `usePath` is true",
     )
     attributes: Tokens = In(
-        default=(),
-        extension=True,
-        doc='inputs and outputs to declare, such as "inputs:speed double" or "outputs:command double[]"',
+        default=(), extension=True, doc='ports to declare, such as "inputs:speed double" or "outputs:command double[]"'
     )
     exec_out = ExecOut()
 
@@ -110,7 +108,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the inputs and outputs that `attributes` declares, by Python name.
+        """Return a dict from Python names to the inputs and outputs that `attributes` declares.
 
         Raises:
             ValueError: a declaration is invalid, or the node already has a port with the declared name.
@@ -271,7 +269,7 @@ def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]
 
 
 def _field(side: str, name: str, port_type: PortType | types.UnionType) -> Any:
-    """Return the field of a declared port. An output of type `any` is a union of all types, which its wires resolve."""
+    """Return the field of a declared port. An output of type `any` is a union of all types; its wires determine the type."""
     doc = "declared in `attributes`"
     if port_type == types.EXECUTION:
         return (ExecIn if side == "inputs" else ExecOut)(name=name, doc=doc)
@@ -284,7 +282,7 @@ def _declaration(text: object) -> tuple[str, str, PortType | types.UnionType]:
     """Return the side (`inputs` or `outputs`), the name and the type in a declaration such as `inputs:speed double`.
 
     Raises:
-        ValueError: the text is not such a declaration, or the declared port is a bundle.
+        ValueError: the text is not a declaration of this form, or the declared port is a bundle.
     """
     path, _, type_name = text.partition(" ") if isinstance(text, str) else ("", "", "")
     side, _, name = path.partition(":")

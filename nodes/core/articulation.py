@@ -48,8 +48,7 @@ class SelectedJointsNode(RobotNode):
 
     joint_names: Tokens = In(doc="names of the joints to use, in this order; if empty, `jointIndices` selects them")
     joint_indices: Ints = In(
-        ge=0,
-        doc="indices of the joints to use, if `jointNames` is empty; if both inputs are empty, all joints are used",
+        ge=0, doc="indices of the joints to use, if `jointNames` is empty; if both are empty, all joints"
     )
 
     selection: JointSelection = Bound()
@@ -90,16 +89,14 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
     """
 
     position_command: Doubles = In(
-        unit="rad, m",
-        doc="position targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        unit="rad, m", doc="position targets, one per selected joint; NaN keeps a target, an empty array all targets"
     )
     velocity_command: Doubles = In(
         unit="rad/s, m/s",
-        doc="velocity targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        doc="velocity targets, one per selected joint; NaN keeps a target, an empty array all targets",
     )
     effort_command: Doubles = In(
-        unit="N m, N",
-        doc="effort targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        unit="N m, N", doc="effort targets, one per selected joint; NaN keeps a target, an empty array all targets"
     )
 
     logger: Context = Bound()
@@ -260,7 +257,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
     """Report controllers whose commands have no effect on some joints, because the drives of these joints lack the needed gain.
 
     Position commands need a drive with stiffness, velocity commands a drive with damping. The finding is an error if the inputs
-    select such a joint by name or index, and the joint has no drive and mimics no other joint. Otherwise it is a warning.
+    select a joint by name or index that has no drive and mimics no other joint. Otherwise the finding is a warning.
     """
     for command in _commands(context):
         joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}

@@ -150,8 +150,7 @@ class IsaacConvertDepthToPointCloud(
     """
 
     data_ptr: Buffer = In(
-        default=0,
-        doc="depth image, m: buffer with one float32 per pixel, top row first; inf at pixels without a surface",
+        default=0, doc="depth image, m: buffer with one float32 per pixel, top row first; inf without a surface"
     )
     focal_length: Float = In(gt=0.0, unset=True, unit="mm", doc="focal length, in the unit of `horizontalAperture`")
     horizontal_aperture: Float = In(
@@ -161,9 +160,7 @@ class IsaacConvertDepthToPointCloud(
     format: UInt64 = In(default=_R32_SFLOAT, doc="format of the image in `dataPtr`: 33 (R32_SFLOAT)")
     exec_out = ExecOut()
     data_ptr_out: Buffer = Out(
-        default=0,
-        name="dataPtr",
-        doc="points for ROS2PublishPointCloud, m: buffer with x, y and z of one point per pixel as float32",
+        default=0, name="dataPtr", doc="points, m: buffer with x, y and z of one point per pixel as float32"
     )
     buffer_size_out: UInt = Out(name="bufferSize", doc="size of the buffer of points in bytes")
     height_out: UInt = Out(default=1, name="height", doc="always 1")

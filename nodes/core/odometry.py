@@ -17,7 +17,7 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     """Computes the ground-truth odometry of a body: its pose relative to its start pose, its velocities and its accelerations.
 
     The start pose is the body's pose at the first execution after play. When a command moves the robot, the start pose moves with
-    the robot, so that the output pose does not jump (REP 105). If the command says that odometry jumps, the start pose stays.
+    the robot: the output pose does not jump (REP 105). If the command says that odometry jumps, the start pose stays.
     Accelerations are differences between the velocities at this execution and at the previous execution, divided by the
     simulation time between the two executions.
     """

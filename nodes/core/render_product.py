@@ -26,7 +26,7 @@ class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRender
     path: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Create the render product and output its path, so that helper nodes know the path before the first tick."""
+        """Create the render product and output its path; helper nodes then know the path before the first tick."""
         if self.render_product_prim:
             self.path = self.render_product_prim[0]
         else:

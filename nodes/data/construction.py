@@ -52,9 +52,9 @@ class ConstructedNode(Node):
         raise NotImplementedError
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+        """Return the type of the array, and the element type for each input whose type does not convert to the element type.
 
-        The compiler converts the literal of such an input to the required type, or reports an error.
+        The compiler converts the literals of these inputs to the element type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types.
@@ -88,9 +88,7 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
 
     array_size: Int = In(default=1, ge=0, doc="number of elements; if there are fewer inputs, the last is repeated")
     array_type: Token = In(
-        default="auto",
-        tokens=ARRAY_TYPES,
-        doc="type of the array; auto: array of the first input type to which all other inputs convert",
+        default="auto", tokens=ARRAY_TYPES, doc="type of the array; auto: first input type to which all convert"
     )
     input0: Any = In(type=ELEMENTS, required=True, doc="first element; a graph can add `input1`, `input2`, …")
     array: Any = Out(type=ARRAYS, doc="array of type `arrayType`")
@@ -108,9 +106,9 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return element_of(asked)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+        """Return the type of the array, and the element type for each input whose type does not convert to the element type.
 
-        The compiler converts the literal of such an input to the required type, or reports an error.
+        The compiler converts the literals of these inputs to the element type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types, or the input numbers have a gap.

@@ -84,9 +84,7 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
     """Interpolates between two values with an easing function, for a gentle start or end."""
 
     alpha: Any = In(
-        type="float|float[]",
-        required=True,
-        doc="elapsed fraction of the duration; values are limited to the range from 0 to 1",
+        type="float|float[]", required=True, doc="elapsed fraction of the duration, limited to the range from 0 to 1"
     )
     blend_exponent: Int = In(default=2, ge=0, doc="exponent of EaseIn, EaseOut and EaseInOut; 1 is linear")
     ease_func: Token = In(

@@ -15,7 +15,7 @@ class NearestRange(Node, type="graphengine.data.NearestRange"):
     """Finds the nearest range in a sector of a lidar scan.
 
     The beams must be evenly spaced from the first to the last azimuth, as in one ring of a scan from IsaacReadLidarBeams. Before
-    the first scan, `ranges` is empty and the distance is infinite, as if nothing were in range.
+    the first scan, `ranges` is empty and the distance is infinite.
     """
 
     ranges: Floats = In(unit="m", doc="measured range of each beam, in order of azimuth; infinity and NaN are ignored")
@@ -61,5 +61,5 @@ def lint_sectors(context: LintContext) -> None:
 
 
 def _seem_radians(low: float, high: float) -> bool:
-    """Return whether two angles are probably in radians: none is beyond half a turn, and they are not whole numbers."""
+    """Return whether two angles are probably in radians: both are within half a turn, and one is not a whole number."""
     return max(abs(low), abs(high)) <= 3.15 and not (float(low).is_integer() and float(high).is_integer())

@@ -142,9 +142,7 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
     matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="matrix to change, or array of matrices")
     scale: Any = In(type=_VECTOR3, required=True, doc="scale factors along x, y and z")
     matrix_out: Any = Out(
-        type=matrices(3, 4),
-        name="matrix",
-        doc="matrix with the new scale; its first three rows have the lengths in `scale`",
+        type=matrices(3, 4), name="matrix", doc="matrix whose first three rows have the lengths in `scale`"
     )
 
     @staticmethod
@@ -263,9 +261,7 @@ class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
     like = "vector"
 
     rotation: Any = In(
-        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}",
-        required=True,
-        doc=f"rotation: {_ANGLES}, quaternion or matrix",
+        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc=f"{_ANGLES}, quaternion or matrix"
     )
     rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
     vector: Any = In(type=VECTORS, required=True, doc="vector to rotate, or array of vectors")

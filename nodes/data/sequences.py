@@ -53,7 +53,7 @@ def joined(like: Any, *parts: Any) -> Any:
 
 
 def made(elements: Sequence[Any], element_type: PortType) -> Any:
-    """Return an array with the given elements, which all convert to the element type."""
+    """Return an array with the given elements. All elements must convert to the element type."""
     if not element_type.is_number:
         return tuple(elements)
     shape = (-1,) if element_type.count == 1 else (-1, element_type.count)

@@ -59,7 +59,7 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
     value: Any = Out(type=TEXTS, doc="concatenated string; has the type of `a`")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the output, which is the type of `a`."""
+        """Return the type of `a`, which is also the type of the output."""
         return {"value": known["a"]} if "a" in known else {}
 
     def compute(self) -> None:
@@ -85,7 +85,7 @@ class AppendString(Node, type="omni.graph.nodes.AppendString"):
     value_out: Any = Out(type=TEXTS, name="value", doc="extended string; has the type of the input")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the output, which is the type of the input."""
+        """Return the type of the input, which is also the type of the output."""
         return {"value_out": known["value_in"]} if "value_in" in known else {}
 
     def compute(self) -> None:

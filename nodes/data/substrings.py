@@ -33,12 +33,7 @@ class _Part(Node):
     count: Int = In(default=-1, doc="length of the part; a negative or too large length reaches to the end")
     index: Int = In(default=0, doc=f"position of the first character of the part: {INDEX}")
     string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string that contains the part")
-    string_out: Any = Out(
-        type=_TEXT,
-        name="string",
-        couple="text",
-        doc="result; has the type of the input, and is empty for an empty input",
-    )
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result; has the type of the input")
 
     def ends(self) -> tuple[int, int]:
         """Return the positions of the first character in the part and of the first character after the part.

@@ -1,4 +1,4 @@
-"""Nodes that combine, search and compare targets, which are lists of prims (`omni.graph.nodes`)."""
+"""Nodes that combine, search and compare targets, that is, lists of prims (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 

@@ -36,9 +36,7 @@ class NamedActionNode(ActionNode):
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(
-        default="",
-        setup=True,
-        doc="QoS of the action's services, as JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10",
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
 
     def endpoint(self) -> dict[str, Any]:
@@ -140,7 +138,7 @@ class PursuingNode(ActionNode):
     def find(self) -> tuple[ActionServer, Goal | None]:
         """Return the action server with the handle `serverHandle`, and its current goal.
 
-        The goal is None if the server has no goal that is new or active.
+        The goal is None if the server has no new and no active goal.
 
         Raises:
             BadValueError: no action server has this handle, or the server has another action type.
@@ -228,9 +226,9 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
 class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"):
     """Sends goals to an action server, and outputs feedback and results.
 
-    The fields of a goal are inputs, such as `Goal:order`; those of feedback and result are outputs, such as `Result:sequence`.
+    The fields of a goal are inputs, such as `Goal:order`; all other fields are outputs, such as `Result:sequence`.
     `graphrun nodes ROS2ActionClient --message example_interfaces/action/Fibonacci` lists these ports. Every execution of `execIn`
-    creates a goal, which is sent at the end of the tick, or later when a server appears. The outputs belong to the latest goal;
+    creates a goal and sends it at the end of the tick, or later when a server appears. The outputs belong to the latest goal;
     events of older goals are ignored. If several feedback messages arrive in a tick, the newest one is output.
     """
 

@@ -54,16 +54,10 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     frame_id: String = In(default="sim_camera", setup=True, doc="name of the camera's optical frame")
     topic_name: String = In(default="rgb", setup=True)
     type_in: Token = In(
-        default="rgb",
-        name="type",
-        setup=True,
-        tokens=_TYPES,
-        doc=f"type of the message; available: {', '.join(_MESSAGES)}",
+        default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"message to publish: {', '.join(_MESSAGES)}"
     )
     enable_semantic_labels: bool = In(
-        default=False,
-        setup=True,
-        doc="publish the prim path of each segmentation ID on the topic `semanticLabelsTopicName`",
+        default=False, setup=True, doc="publish the prim path of each segmentation ID on `semanticLabelsTopicName`"
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
     stereo_offset: Float2 = In(
@@ -71,11 +65,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     )
     srtx_compression_type: String = In(default="hevc", doc="no effect: `compression` selects the format")
     compression: Token = In(
-        default="",
-        setup=True,
-        extension=True,
-        tokens=("", *ENCODINGS),
-        doc="compression of rgb images; if empty, images are not compressed",
+        default="", setup=True, extension=True, tokens=("", *ENCODINGS), doc="compression of rgb images; empty: none"
     )
     organized: bool = In(
         default=False,

@@ -86,7 +86,7 @@ class Leaf:
 
     @functools.cached_property
     def port_dtype(self) -> Any:
-        """The numpy dtype of the port, which must be an array of numbers."""
+        """The numpy dtype of the port; only for arrays of numbers."""
         return PortType(PORT_TYPES[self.element]).dtype
 
     def port(self, make: Callable[..., Any], name: str, initial: Any) -> Any:
@@ -95,7 +95,7 @@ class Leaf:
         Args:
             make: `In` or `Out`.
             name: OmniGraph name of the port.
-            initial: value of the field in a new message, which becomes the default of the port.
+            initial: value of the field in a new message: the default of the port.
         """
         facts: dict[str, Any] = {"name": name, "doc": written(self.kind)}
         facts["type"] = PORT_TYPES.get(self.element, "token") + ("[]" if self.is_array else "")
@@ -303,7 +303,7 @@ class FieldNode(Node):
         return found
 
     def bind(self) -> str:
-        """Return the type that the inputs name, such as std_srvs/srv/SetBool, after checking the values of the field inputs.
+        """Check the values of the field inputs, and return the type that the inputs name, such as std_srvs/srv/SetBool.
 
         Raises:
             ContextError: the node's ports were created for another type, or the value of an input does not fit its field.

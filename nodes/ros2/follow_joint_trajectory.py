@@ -1,4 +1,4 @@
-"""A joint trajectory controller node, which receives trajectories as action goals and as topic messages."""
+"""A joint trajectory controller node. It receives trajectories as action goals and as topic messages."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     linear between trajectory points that have only positions, cubic between trajectory points with velocities, and quintic
     between trajectory points with velocities and accelerations. The times of the trajectory points are relative to the header's
     stamp, or to the current time if the stamp is 0; trajectory points in the past are skipped. Wire the outputs to an
-    IsaacArticulationController. The outputs are the set points for the end of the tick, so that drives with `interpolate: true`
+    IsaacArticulationController. The outputs are the set points for the end of the tick: drives with `interpolate: true` then
     follow the spline with the smallest error.
 
     A new trajectory replaces the current one and aborts its goal. The joints hold their measured positions if a goal is
     canceled, if a tolerance is violated, or if a trajectory has no points. A goal succeeds when the time of its last trajectory
     point has passed and all joints are within the goal tolerances.
 
-    An invalid goal is accepted and aborted at once, so that the client gets an error code and the reason; the current trajectory
+    An invalid goal is accepted and aborted at once: the client gets an error code and the reason. The current trajectory
     continues (joint_trajectory_controller rejects such goals without a reason). The error codes are INVALID_JOINTS for unknown,
     missing and mimic joints, OLD_HEADER_TIMESTAMP for a trajectory that ends in the past, and INVALID_GOAL for wrong lengths,
     times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last trajectory
@@ -53,18 +53,13 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     """
 
     joint_names: Tokens = In(
-        default=(),
-        setup=True,
-        doc="joints to command; if empty, all joints that have a position drive and are not mimic joints",
+        default=(), setup=True, doc="joints to command; if empty, all driven joints that are not mimic joints"
     )
     controller_name: String = In(
-        default="joint_trajectory_controller",
-        setup=True,
-        doc="name of the controller, the prefix of its action and topic names",
+        default="joint_trajectory_controller", setup=True, doc="name of the controller: prefix of action and topic"
     )
     allow_partial_joints_goal: bool = In(
-        default=False,
-        doc="true: joints that a trajectory leaves out keep their set points; false: such a trajectory is invalid",
+        default=False, doc="true: joints missing in a trajectory keep their set points; false: this is an error"
     )
     path_tolerances: Doubles = In(
         default=_NONE,
@@ -81,18 +76,10 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         doc="maximum position error at the end of a trajectory: one number, or one for each joint; empty or 0: no limit",
     )
     stopped_velocity_tolerance: float = In(
-        default=0.01,
-        ge=0.0,
-        setup=True,
-        unit="rad/s, m/s",
-        doc="maximum joint speed at the end of a trajectory; 0: no limit",
+        default=0.01, ge=0.0, setup=True, unit="rad/s, m/s", doc="maximum joint speed at the end; 0: no limit"
     )
     goal_time: float = In(
-        default=0.0,
-        ge=0.0,
-        setup=True,
-        unit="s",
-        doc="time that the joints have to reach the goal after the end of a trajectory; 0: no limit",
+        default=0.0, ge=0.0, setup=True, unit="s", doc="time to reach the goal after the trajectory's end; 0: no limit"
     )
     feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the feedback; 0: no feedback")
 

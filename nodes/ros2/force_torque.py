@@ -19,9 +19,7 @@ class ForceTorquePublisher(SamplePublisher, type="graphengine.ros2.ForceTorquePu
 
     force_torque_prim: Target = In(required=True, setup=True, doc="prim of the sensor; the torque is about its origin")
     frame_id: String = In(
-        default="sim_force_torque",
-        setup=True,
-        doc="frame of the force and the torque; the profile of the sensor selects its axes",
+        default="sim_force_torque", setup=True, doc="frame of force and torque; the sensor's profile selects its axes"
     )
     topic_name: String = In(default="wrench", setup=True)
 

@@ -46,15 +46,12 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         default="GripperCommand", setup=True, tokens=_TYPES, doc="name of the action type in the package control_msgs"
     )
     max_effort: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="N m, N",
-        doc="maximum effort if the goal does not set one; 0: only the drive limits the effort",
+        default=0.0, ge=0.0, unit="N m, N", doc="maximum effort of goals without effort; 0: only the drive limits it"
     )
     goal_tolerance: float = In(default=0.01, ge=0.0, unit="rad, m", doc="position error up to which a goal succeeds")
     allow_stalling: bool = In(
         default=False,
-        doc="true: a goal succeeds if the finger stalls, for example on an object; false: such a goal is aborted",
+        doc="true: a goal succeeds if the finger stalls, for example on an object; false: the goal is aborted",
     )
     stall_timeout: float = In(
         default=1.0, ge=0.0, unit="s", doc="time at rest after which the finger counts as stalled and the goal ends"

@@ -1,4 +1,4 @@
-"""A node that publishes the transform map -> odom, which corrects odometry to the true pose of a robot."""
+"""A node that publishes the transform map -> odom. It corrects odometry to the true pose of a robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Base classes of helper nodes, which publish the samples of a sensor while the simulation plays."""
+"""Base classes of helper nodes. Helper nodes publish the samples of a sensor while the simulation plays."""
 
 from __future__ import annotations
 

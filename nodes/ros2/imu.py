@@ -54,7 +54,7 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
         """Return the covariance that an input gives, 9 numbers row by row, or zeros if the input is empty.
 
         Raises:
-            BadValueError: the input has neither 9 numbers nor none.
+            BadValueError: the input is not empty and does not have 9 numbers.
         """
         numbers: Doubles = getattr(self, field)
         if len(numbers) not in (0, 9):

@@ -86,11 +86,8 @@ class ControlledJoints(Shared):
         """
         indices = joint_numbers(robot, chosen)
         if not chosen or len(set(indices)) < len(indices):
-            raise ContextError(
-                "a controller needs at least one joint, and no joint twice",
-                list(chosen),
-                "name joints with a position drive",
-            )
+            text = "a controller needs at least one joint, and no joint twice"
+            raise ContextError(text, list(chosen), "name joints with a position drive")
         for name, index in zip(chosen, indices, strict=True):
             if leader := robot.leaders[index]:
                 raise ContextError(f"mimic joint {name!r} follows {leader!r}", name, f"command {leader!r} instead")
@@ -182,7 +179,7 @@ def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -
 
 
 def _check_numbers(points: Sequence[Any], joints: int) -> None:
-    """Check that each point has a position for each joint, and velocities and accelerations for each joint or none.
+    """Check that each point has one position per joint, and one velocity and acceleration per joint or no such numbers.
 
     The numbers must be finite and not too large, and there must be no efforts and not too many points.
     """

@@ -17,7 +17,7 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
     """Publishes a row of ranges as sensor_msgs/LaserScan, with angles and times from the inputs.
 
     If `rotationRate` is not 0, `scan_time` is 1 / `rotationRate` and `time_increment` is the time between two beams at this
-    rate. If `rotationRate` is 0, both times are 0, which means that all beams were fired at one instant.
+    rate. If `rotationRate` is 0, both times are 0: all beams were fired at one instant.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/LaserScan"

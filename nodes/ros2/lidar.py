@@ -27,7 +27,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
 
     A LaserScan has one range per beam of the ring nearest to the lidar's xy plane and covers exactly the lidar's field of view.
     A PointCloud2 has the points of all rings. With `selectedMetadata: [Intensity, Ring, Time]`, its points have the layout of
-    Velodyne's driver (x, y, z, intensity, ring, time), which lidar SLAM such as LIO-SAM expects. Isaac Sim does
+    Velodyne's driver (x, y, z, intensity, ring, time). Lidar SLAM such as LIO-SAM expects this layout. Isaac Sim does
     not have `Ring` and `Time`. `Ring` is the index of the ring, 0 for the lowest one (uint16). `Time` is the time in s since the
     stamp (float32); it is always 0, because all beams of a sample are cast at the same time. Switch off motion correction in SLAM
     software that treats 0 as a missing time.
@@ -51,10 +51,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     enable_object_id_map: bool = In(default=False, doc="no effect: rays do not identify objects")
     object_id_map_topic_name: String = In(default="object_id_map")
     no_return: Token = In(
-        default="inf",
-        tokens=("inf", "max", "minus_one"),
-        extension=True,
-        doc="range of a beam that hits nothing: inf, range_max or -1",
+        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="range of a miss: inf, range_max or -1"
     )
 
     lidar: Lidar = Bound()

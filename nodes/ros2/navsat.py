@@ -24,8 +24,9 @@ _UNKNOWN, _DIAGONAL_KNOWN = 0, 2
 class NavSatPublisher(SamplePublisher, type="graphengine.ros2.NavSatPublisher"):
     """Publishes each sample of a navsat receiver (GPS) as sensor_msgs/NavSatFix.
 
-    Latitude and longitude are degrees on the WGS84 ellipsoid, and the altitude is the height above it, m. The covariance (m2) is
-    that of the receiver's noise to the east, to the north and upwards. Without a fix, the status is -1; the coordinates are NaN.
+    Latitude and longitude are degrees on the WGS84 ellipsoid, and the altitude is the height above it, m. The covariance (m2) has
+    the variances of the receiver's noise to the east, to the north and upwards. Without a fix, the status is -1, and the
+    coordinates are NaN.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/NavSatFix"

@@ -85,7 +85,7 @@ def point_cloud(
         metadata: a dict from a name in FIELDS to a buffer with one packed record per point; `Rgb` is a colour per point.
 
     Raises:
-        BadValueError: the size of a buffer is not that of one record per point.
+        BadValueError: a buffer does not have one record per point.
     """
     given = metadata or {}
     names = tuple(name for name in _KNOWN if name in given)

@@ -31,9 +31,7 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
     topic_name: String = In(default="radar_point_cloud", setup=True)
     show_debug_view: bool = In(default=False, doc="no effect: there is no window")
     output_radial_velocity_ms: bool = In(
-        default=False,
-        name="outputRadialVelocityMS",
-        doc="add the field `radial_velocity_ms` to each point: its radial velocity, m/s",
+        default=False, name="outputRadialVelocityMS", doc="add the field `radial_velocity_ms` to each point, m/s"
     )
     output_intensity: bool = In(default=False, doc="add the field `intensity` to each point: its received power, dB")
     output_timestamp: bool = In(default=False, doc="add the field `timestamp` to each point: time of the message, ns")

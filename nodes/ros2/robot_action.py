@@ -17,14 +17,12 @@ from graphengine.nodes.ros2.joint_spline import Floats
 class RobotActionNode(RobotNode):
     """Base of action server nodes that command joints; the outputs are wired to an IsaacArticulationController.
 
-    `execOut` fires only in ticks with a command, so that other nodes can command the joints between goals.
+    `execOut` fires only in ticks with a command: other nodes can command the joints between goals.
     """
 
     context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(
-        default="",
-        setup=True,
-        doc="ROS namespace of the action; if empty, collected from `isaac:namespace` of the ancestor prims",
+        default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
     )
     exec_out = ExecOut(doc="fires in each execution that commands joints")
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the commanded joints, in the order of the commands")

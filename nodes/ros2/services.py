@@ -133,7 +133,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
 
 
 class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceClient"):
-    """Calls a service. The fields of the request are inputs; those of the response are outputs, such as `Response:success`.
+    """Calls a service. The fields of the request are inputs; the fields of the response are outputs, such as `Response:success`.
 
     `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` lists these ports. Every execution calls the service, even
     while earlier calls wait for responses. If a server exists, a call is sent at the end of the tick. Otherwise, the last ten

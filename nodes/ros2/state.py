@@ -28,7 +28,7 @@ class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishCloc
     """Publishes simulation time as rosgraph_msgs/Clock.
 
     When the time jumps, for example by a reset, the new time is published on the topic `/clock` at once, even while the session
-    is paused, so that tf2 buffers discard transforms from the future.
+    is paused: tf2 buffers then discard transforms from the future.
     """
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
@@ -211,9 +211,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         doc="covariance of x, y, z, roll, pitch, yaw: 6 x 6 numbers, row by row; empty: zeros, which mean unknown",
     )
     twist_covariance: Doubles = In(
-        default=np.zeros(0),
-        extension=True,
-        doc="covariance of the published velocities: 6 x 6 numbers, like `poseCovariance`",
+        default=np.zeros(0), extension=True, doc="covariance of the velocities: 6 x 6 numbers, like `poseCovariance`"
     )
 
     def setup(self, context: Context) -> None:

@@ -32,9 +32,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True,
-        setup=True,
-        doc="alternating prim paths and frame names; each prim and each frame occurs only once",
+        required=True, setup=True, doc="alternating prim paths and frame names; each prim and frame occurs once"
     )
     articulation_roots: Tokens = In(setup=True, doc="paths of robots; they are checked, but have no other effect")
     exec_out = ExecOut(doc="fires once in each tick in which messages arrived")
@@ -92,7 +90,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
 
 def _pose(transform: Any) -> tuple[Vector3, Quaternion] | None:
-    """Return a transform as a pose; None if it is too far away or the length of its quaternion is not 1."""
+    """Return a transform as a pose; None if a coordinate is too large or the length of the quaternion is not 1."""
     t, r = transform.translation, transform.rotation
     square = r.x * r.x + r.y * r.y + r.z * r.z + r.w * r.w
     if not all(abs(value) <= _FARTHEST for value in (t.x, t.y, t.z)) or not abs(square - 1.0) <= _UNIT:

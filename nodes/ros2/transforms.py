@@ -31,7 +31,7 @@ def transform(time: float, parent: str, child: str, position: Vector3, turn: Qua
 
 
 class TransformPublisher(PublisherNode):
-    """Base of nodes that publish tf2_msgs/TFMessage; the topic's namespace is that of the outermost ancestor prim."""
+    """Base of nodes that publish tf2_msgs/TFMessage; the topic has the namespace of the outermost ancestor prim."""
 
     message_type: ClassVar[str] = _TF
 
@@ -151,12 +151,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     time_stamp: float = In(default=0.0, unit="s")
     publish_frequency: float = In(
-        default=20.0,
-        le=1e9,
-        gt=0.0,
-        setup=True,
-        unit="Hz",
-        doc="rate at which transforms of movable links are published on `tf`",
+        default=20.0, le=1e9, gt=0.0, setup=True, unit="Hz", doc="rate of the transforms of movable links on `tf`"
     )
 
     description: RobotDescription = Bound()

@@ -13,7 +13,7 @@ from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 
 class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):
-    """Computes the steering angles and speeds of four wheels, so that all wheels roll about one turning centre.
+    """Computes the steering angles and speeds with which four wheels roll about one turning centre.
 
     `steeringAngle` d is the steering angle of a bicycle with the same wheel base. With `wheelBase` b and `trackWidth` t, let
     k = 1 - (t / 2b) tan d for left wheels and k = 1 + (t / 2b) tan d for right wheels. Wheels that are not steered roll at
@@ -37,10 +37,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     )
     max_wheel_rotation: float = In(default=6.28, ge=0.0, unit="rad", doc="largest steering angle of a wheel; 0: none")
     steering_angle_velocity: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="rad/s",
-        doc="rate of change towards `steeringAngle`; 0: at once",
+        default=0.0, ge=0.0, unit="rad/s", doc="rate of change towards `steeringAngle`; 0: at once"
     )
     max_steering_angle_velocity: float = In(
         default=0.0, ge=0.0, unit="rad/s", doc="limit of `steeringAngleVelocity`; 0: no limit"
@@ -65,10 +62,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         default=False, doc="true: the back wheels steer, in the opposite direction; false: the front wheels"
     )
     dt: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="s",
-        doc="time between two executions; needed if `acceleration` or `steeringAngleVelocity` is not 0",
+        default=0.0, ge=0.0, unit="s", doc="time between two executions; needed for ramps of speed and steering"
     )
     exec_out = ExecOut()
     wheel_angles: Doubles = Out(unit="rad", doc="angles of the steered wheels: [left, right]")

@@ -97,7 +97,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
         self.velocity_command = np.array((left, right))
 
     def feasible_share(self, linear: float, angular: float) -> float:
-        """Return the factor by which a twist is scaled so that no wheel exceeds `maxWheelSpeed`; 1 without scaling."""
+        """Return the factor that scales a twist to wheel speeds of at most `maxWheelSpeed`; 1 without scaling."""
         most = abs(self.max_wheel_speed * self.wheel_radius)
         if not (self.scale_wheel_speeds and most):
             return 1.0

@@ -48,14 +48,11 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     """
 
     target_prim: Target = In(
-        default=(),
-        setup=True,
-        doc="prim whose pose is the target; if empty, `targetPosition` and `targetOrientation` are the target",
+        default=(), setup=True, doc="prim at the target; if empty, `targetPosition` and `targetOrientation` are used"
     )
     target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="position in the world frame; z is ignored")
     target_orientation: Quaterniond = In(
-        default=(0.0, 0.0, 0.0, 1.0),
-        doc="orientation (x, y, z, w) of the target in the world frame; only its yaw is used",
+        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) in the world frame; only its yaw is used"
     )
     initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the start, along the yaw of the base")
     initial_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the start, along the yaw of the base")

@@ -77,16 +77,14 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     left_joints: Tokens = In(required=True, setup=True, doc="names of the joints of the left wheels")
     right_joints: Tokens = In(required=True, setup=True, doc="names of the joints of the right wheels")
     steering_joints: Tokens = In(
-        default=(), setup=True, doc="for `ackermann`: steering joints [left, right], or [middle]"
+        default=(), setup=True, doc="for `ackermann`: names of the steering joints, [left, right] or [middle]"
     )
     wheel_radius: float = In(gt=0.0, required=True, unit="m", doc="radius of the wheels")
     left_wheel_radius_multiplier: float = In(
-        default=1.0,
-        doc="factor for the radius of the left wheels; negative if negative joint velocities drive the base forward",
+        default=1.0, doc="factor for the radius of the left wheels; negative for reversed joint axes"
     )
     right_wheel_radius_multiplier: float = In(
-        default=1.0,
-        doc="factor for the radius of the right wheels; negative if negative joint velocities drive the base forward",
+        default=1.0, doc="factor for the radius of the right wheels; negative for reversed joint axes"
     )
     wheel_distance: float = In(
         default=0.0, ge=0.0, required=True, unit="m", doc="distance between the left and right wheels"
@@ -113,10 +111,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         "computed",
     )
     ticks_per_revolution: float = In(
-        default=0.0,
-        ge=0.0,
-        setup=True,
-        doc="resolution of the encoders, ticks per turn of a wheel; 0: angles are exact",
+        default=0.0, ge=0.0, setup=True, doc="encoder ticks per turn of a wheel; 0: angles are exact"
     )
     slip: float = In(
         default=0.0,
