@@ -279,7 +279,7 @@ def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
-    """Return the alternative of the port `other` that corresponds to the resolved type of `port`, which is coupled with it.
+    """Return the alternative of the port `other` that corresponds to the resolved type of the coupled port `port`.
 
     Args:
         settled: resolved type of `port`.

@@ -1,4 +1,4 @@
-"""Finds the rollers of omni and mecanum wheels that a description models as links on joints of their own."""
+"""Finds the rollers of omni and mecanum wheels in a description that models each roller as a link on a joint."""
 
 from __future__ import annotations
 

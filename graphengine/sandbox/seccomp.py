@@ -1,7 +1,7 @@
 """seccomp: makes the kernel permanently deny this process all system calls that are not in a list.
 
 Linux has this feature since 3.17, unless it is disabled at build time. A filter is a classic BPF program that reads the
-`seccomp_data` of linux/seccomp.h; call numbers are those of asm/unistd.h. A denied call fails with EPERM, so that libraries can
+`seccomp_data` of linux/seccomp.h; call numbers are those of asm/unistd.h. A denied call fails with EPERM; libraries can then
 continue.
 """
 
@@ -153,9 +153,9 @@ def _body(name: str, tests: Collection[Test]) -> Iterator[tuple[int, int, int, i
 
 
 def _tests(process: int) -> dict[str, tuple[Test, ...]]:
-    """Return the tests for system calls that are allowed only with certain arguments, by name of the call.
+    """Return a dict from names of system calls that are allowed only with certain arguments to the tests of the arguments.
 
-    The kernel ignores the upper 32 bits of an int argument, so that most tests need only the lower ones.
+    The kernel ignores the upper 32 bits of an int argument; therefore most tests need only the lower 32 bits.
     """
     return {
         "open": (Test(1, (0,), _ALL & ~_READ_FLAGS),),

@@ -1,7 +1,7 @@
 """Encodes and decodes the results of confined processes as JSON, which an untrusted file may have forged.
 
-A dataclass becomes an object with the same fields; a span becomes a list of path, line, column and length. The process writes its
-result with `answer`. The caller decodes it with `read`, which checks that each field has the type that the dataclass declares.
+A dataclass becomes an object with the same fields; a span becomes a list of path, line, column and length. The process writes
+its result with `answer`. The caller decodes the result with `read`, which checks the types of all fields.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ def note_used(used: Iterable[str], files: Files) -> None:
 
 
 def reply() -> IO[str]:
-    """Return a stream to the stdout of this process, and redirect stdout to stderr, so that libraries cannot write to it."""
+    """Return a stream to the stdout of this process. Redirect stdout to stderr, so libraries cannot write to the stream."""
     stream = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return stream

@@ -27,7 +27,7 @@ class WiredGraph:
         self.data_in: dict[int, list[Wire]] = {}
         """Data wires into each node, by index of the node.
 
-        A wire that begins at a wired input is replaced by a wire from the port where the value of that input comes from.
+        A wire that begins at a wired input is replaced by a wire from the source of that input's value.
         """
         self.exec_out: dict[int, list[Wire]] = {}
         self.exec_in: dict[int, list[Wire]] = {}
@@ -108,7 +108,7 @@ class WiredGraph:
 
         Args:
             code: code of the findings.
-            what: message that precedes the list of nodes.
+            what: first half of the message, before the list of nodes.
             breakers: nodes or inputs with which a user can break the cycle.
             graph: graph in which cycles are searched.
             wires: wires that form the edges of the graph.

@@ -63,11 +63,11 @@ class Library:
         self._textured: set[MeshKind] = set()
         """Meshes whose files use images."""
         self._plates: dict[tuple[str, str], str] = {}
-        """Key of the mesh for a collider, by key and scale of its file: the same key, that of a plate, or empty for a line."""
+        """Key of the mesh to use for a collider's file and scale: the file's own key, a plate's key, or empty for a line."""
         self.memory = 0.0
         """Estimated memory (see `bounds`) of the world and the robots in use, bytes."""
         self._read_bytes = 0
-        """Size of all files read so far."""
+        """Size of all files that were read, bytes."""
         self._heaviest = 0.0
         """Estimated memory of the largest model that may be attached, bytes."""
         self._missing: list[MissingFile] = []
@@ -101,7 +101,7 @@ class Library:
         return list(dict.fromkeys([*self._included_files, *self._keys]))
 
     def is_shipped(self, world: Path) -> bool:
-        """Return whether a world and all files read so far ship with this package; a file of a user may hide one of these."""
+        """Return whether a world and all files that were read ship with this package; a user's file may replace a shipped one."""
         folder = shipped()
         return all(path.is_relative_to(folder) for path in (world.resolve(), *self.read_files()))
 
@@ -268,7 +268,7 @@ class Library:
         Args:
             element: element whose children are searched.
             folder: folder of the file that contains the element.
-            seen: resolved paths of the files so far; included files are appended.
+            seen: resolved paths of the files that were read; included files are appended.
             main: folder of the main file; included files are looked up there if `folder` does not have them.
             depth: depth of the element, 1 for the root.
         """

@@ -33,8 +33,8 @@ def read_sdf(
         root: root element of the file.
         packages: find models and meshes.
         findings: receives errors and notes.
-        name: name of the model. By default, it is the only model with moving joints, or else the only one that is not static,
-            or else the only one.
+        name: name of the model. Default: the only model with moving joints, else the only model that is not static, else the
+            only model.
     """
     before = len(findings.errors)
     chosen: Scope | None = None
@@ -142,7 +142,7 @@ def _for_gazebo(scope: Scope) -> Iterator[Element]:
 
 
 def _prefixed(element: Element, prefix: str, known: set[str]) -> Element:
-    """Return a copy of a plugin in which the prefix is added to each text that is one of the known names.
+    """Return a copy of a plugin in which the known names have a prefix.
 
     Links and joints of a nested model have such a prefix in the outermost model, as in `A::wheel`.
     """
