@@ -71,7 +71,7 @@ class Budget:
     def _check_parts(self) -> None:
         if sum(self.parts.values()) > MAX_PARTS:
             counted = ", ".join(f"{count} {kind}" for kind, count in self.parts.items() if count)
-            self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} so far")
+            self._refuse(f"more than {MAX_PARTS} nodes, wires, variables and uses of subgraphs in one graph: {counted}")
 
     def _refuse(self, message: str) -> None:
         advice = "split it into several graphs, or use fewer subgraphs"

@@ -354,7 +354,8 @@ class Library:
             raise _UnreadableError(f"the file is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         self._read_bytes += len(data)
         if self._read_bytes > MAX_FILES_BYTES:
-            raise _UnreadableError(f"with it the files of the scene are larger than {MAX_FILES_BYTES // 1_000_000} MB")
+            limit = MAX_FILES_BYTES // 1_000_000
+            raise _UnreadableError(f"with this file, the files of the scene are larger than {limit} MB")
         return data
 
     def _find(
