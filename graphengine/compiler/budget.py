@@ -48,7 +48,7 @@ class Budget:
             self._refuse(f"more than {MAX_VALUES} values in one graph, counting each subgraph at every use")
 
     def take_parts(self, spec: GraphSpec) -> None:
-        """Add the nodes, wires, variables and subgraph uses of a file to the count.
+        """Count the nodes, wires, variables and subgraph uses of a file.
 
         Raises:
             OverBudgetError: the graph has more than `MAX_PARTS` parts.

@@ -97,7 +97,7 @@ class Call:
     marks: tuple[int, ...]
     """Data nodes that become stale when this node is computed."""
     pins: tuple[Pin, ...]
-    """Execution inputs whose number of firings is written to the node; empty if that number is always the same."""
+    """Execution inputs whose number of firings is written to the node; empty if the number is always the same."""
     activations: tuple[Pin, ...] = ()
     """For a node that runs once for each firing: one pin for each incoming wire, in the order of serving."""
     rereads: tuple[Refresh, ...] | None = None

@@ -87,7 +87,7 @@ def _form_a_ring(description: RobotDescription, joint: Joint, axle: Floats, roll
 
 
 def _axis_on_floor(description: RobotDescription, joint: Joint, axle: Floats, rolling: list[Joint]) -> Vector3:
-    """Return the axis of a roller in the root link's frame, after a turn of the wheel that brings it straight below the axle."""
+    """Return the axis of a roller in the root link's frame, after the wheel has turned the roller straight below the axle."""
     arms = _arms(description, joint, axle, rolling)
     lowest = int(arms[:, 2].argmin())
     down = -np.eye(3)[2] + axle[2] * axle

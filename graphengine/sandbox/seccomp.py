@@ -85,11 +85,11 @@ TIERS = {
     "xacro": Tier(files=True, threads=False),
     "mesh": Tier(files=False, threads=False),
 }
-"""Permissions by the kind of file that a process reads."""
+"""Permissions of a process for each kind of file that it reads."""
 
 
 def numbers(machine: str) -> list[dict[str, int]]:
-    """Return the three groups of `_TABLE` for a machine: the numbers of the system calls by name."""
+    """Return the three groups of `_TABLE` for a machine, as dicts from names of system calls to their numbers."""
     column = 1 + list(ARCHITECTURES).index(machine)
     tables = []
     for part in _TABLE.split("\n\n"):

@@ -147,7 +147,7 @@ def take_findings(found: Iterable[Finding], findings: Findings) -> None:
 
 
 def note_used(used: Iterable[str], files: Files) -> None:
-    """Record the files that a process reports as read in `files`; files that it may not read are ignored."""
+    """Record in `files` the files that a process reports as read; files that may not be read are ignored."""
     for path in list(used)[:MAX_FILES]:
         if os.path.isfile(path) and files.may_read(Path(path)):
             files.note(Path(path))

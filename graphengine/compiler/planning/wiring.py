@@ -79,7 +79,7 @@ class WiredGraph:
         return True
 
     def _check_exec_cycles(self) -> bool:
-        """Return whether the execution wires form no illegal cycle, and report each illegal one.
+        """Return whether the execution wires form no illegal cycle; report illegal cycles.
 
         A wire into a control input may close a cycle; its firing then acts in the next activation of the target.
         """

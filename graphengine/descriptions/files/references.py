@@ -31,7 +31,7 @@ MAX_FILES_BYTES = 500_000_000
 """Maximum size of all files together to which a scene refers, bytes."""
 
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
-"""Attribute of <compiler> that names the folder of an element's files, by tag; `assetdir` sets both attributes."""
+"""For each tag: the attribute of <compiler> that names the folder of an element's files; `assetdir` sets both attributes."""
 _CODE = ("plugin", "extension")
 """Tags of elements that make MuJoCo execute plugins."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
@@ -71,7 +71,7 @@ class Library:
         self._heaviest = 0.0
         """Estimated memory of the largest model that may be attached, bytes."""
         self._missing: list[MissingFile] = []
-        """References to files that do not exist and are not reported yet."""
+        """Unreported references to missing files."""
         self.outcomes: dict[str, Outcome] = {}
         """Result of loading each mesh of the descriptions, by reference."""
 

@@ -128,7 +128,7 @@ class RobotWheel:
 
     @property
     def sideways(self) -> bool:
-        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward and backward."""
+        """Whether the axle is parallel to the y axis of the root link; the wheel then rolls forward and backward."""
         return abs(self.axle[1]) > ALIGNED
 
     @property

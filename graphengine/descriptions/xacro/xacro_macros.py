@@ -21,7 +21,7 @@ _PARAMETER = re.compile(r"""([^\s:=]+)(?:\s*:?=\s*((?:'[^']*'|"[^"]*"|[^\s'"])*)
 """Matches the name of a macro parameter and its default, as in `name`, `name:=value` and `name:=^|'a value'`."""
 _NAME = re.compile(r"[A-Za-z_][\w.:-]*")
 _BLOCK = "*"
-"""Prefix of the name of a block parameter, whose value is an element inside the call."""
+"""Prefix of the name of a block parameter; the value of a block parameter is an element inside the call."""
 
 
 @dataclass(frozen=True, slots=True)
