@@ -255,7 +255,7 @@ def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
 
 
 def _compute(plan: Plan, call: Call, fired: dict[str, str]) -> list[str]:
-    """Return lines that call `compute` of a node and fire the execution outputs that it returns.
+    """Return lines that call `compute` of a node and fire the returned execution outputs.
 
     Args:
         plan: plan that contains the call.
@@ -320,7 +320,7 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 
 def _bounded(node: Node) -> Callable[[], Iterator[int]]:
-    """Return `compute` of a loop or sequence node, wrapped so that it raises RuntimeError after `max_pushes` yields."""
+    """Return a function that acts as `compute` of a loop or sequence node, but raises RuntimeError after `max_pushes` yields."""
     compute, limit = node.compute, type(node).max_pushes
 
     def pushes() -> Iterator[int]:

@@ -19,7 +19,7 @@ def reached(starts: Iterable[int], onwards: Callable[[int], Iterable[int]]) -> d
 
     Args:
         starts: nodes from which the search starts, in this order.
-        onwards: function that returns the nodes to which a node leads, in the order in which they are searched.
+        onwards: function that returns the nodes to which a node leads; they are searched in this order.
     """
     found: dict[int, None] = {}
     pending = list(starts)[::-1]

@@ -47,7 +47,7 @@ class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=Tr
     executions: int = State(default=0)
 
     def compute(self) -> Fire:
-        """Count the execution; fire at every `ticks`-th."""
+        """Count the execution; fire at every `ticks`-th execution."""
         self.executions += 1
         return self.exec_out if self.executions % self.ticks == 0 else None
 

@@ -29,7 +29,7 @@ class Override:
     value: Any
     used: bool = False
     wired: str = ""
-    """Address of a matching input that has a wire, so that it cannot be set; empty if there is none."""
+    """Address of a matching input that cannot be set because of its wire; empty without such an input."""
 
     @staticmethod
     def parse(text: str, value: Any) -> Override:
@@ -41,10 +41,6 @@ class Override:
     def parse_all(values: Mapping[str, Any]) -> list[Override]:
         """Return the overrides for a mapping from ports, in the forms that `parse` accepts, to values."""
         return [Override.parse(text, value) for text, value in values.items()]
-
-    def matches(self, path: str) -> bool:
-        """Return whether the override applies to the node with a path such as `robot/graph/Node`."""
-        return ends_with(path, self.target)
 
 
 def ends_with(path: str, pattern: str) -> bool:
@@ -199,7 +195,7 @@ def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
 
 
 def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
-    """Return a message that says why no alternative of a union accepts a value, and what to write instead."""
+    """Return a message with the reason why no alternative of a union accepts a value, and the legal form."""
     how = "write {type: …, value: …}"
     if not alternatives:
         return f"its type is not clear; {how}"
@@ -276,7 +272,7 @@ def set_overrides(
     for override in overrides:
         for instance in instances:
             path = f"{graph.name}/{instance.id}"
-            if not override.matches(path):
+            if not ends_with(path, override.target):
                 continue
             port = find_port(instance.cls, override.port, ["inputs"])
             if port is not None and not port.is_exec:

@@ -20,7 +20,7 @@ _TUPLES = ("double", "float", "half", "int")
 _SCALARS = (*_TUPLES, "bool", "int64", "uchar", "uint", "uint64")
 """Base types for which a node such as ToBool converts numbers."""
 _BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
-"""Node type that converts between two string types, by source type and target type."""
+"""For two string types: the node type that converts from the first to the second."""
 
 
 def settle_types(graph: Graph, findings: Findings) -> None:
@@ -111,7 +111,7 @@ def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings
 
 
 def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
-    """Propagate port types through nodes and along wires; return the errors of nodes whose `resolve_types` failed, by index.
+    """Propagate port types through nodes and along wires; return a dict from indices of nodes to errors of their `resolve_types`.
 
     Each round visits the nodes that the previous round changed. When no node changes any more, types go backwards: the output of
     the first wire without a type gets the type of the input at the wire's end, and the rounds continue.
@@ -279,7 +279,7 @@ def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
-    """Return the alternative of the port `other` that corresponds to the resolved type of `port`, which is coupled with it.
+    """Return the alternative of the port `other` that corresponds to the resolved type of the coupled port `port`.
 
     Args:
         settled: resolved type of `port`.

@@ -175,14 +175,14 @@ def short_names(type_name: str) -> list[str]:
 
 
 def _classes(module: ModuleType) -> list[type[Node]]:
-    """Return the node types that a module itself defines, without those that it imports."""
+    """Return the node types that a module defines, without imported node types."""
     classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Node)]
     return list(dict.fromkeys(cls for cls in classes if cls.type_name and cls.__module__ == module.__name__))
 
 
 @functools.cache
 def default_registry() -> Registry:
-    """Return the registry of the built-in node types and those of installed plugins, always the same object.
+    """Return the registry of the node types of graphengine and of installed plugins, always the same object.
 
     `broken` lists the plugins that cannot be imported.
     """

@@ -13,7 +13,7 @@ from graphengine.compiler.plan import Plan
 
 
 def stale_upstream(plan: Plan, flags: Mapping[str, Any]) -> Callable[[int], list[int]]:
-    """Return a function that returns a stale shared data node and the stale data nodes on which it depends, in order.
+    """Return a function from a stale shared data node to this node and the stale data nodes on which it depends, in order.
 
     Args:
         plan: plan of the nodes.

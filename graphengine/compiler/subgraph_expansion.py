@@ -232,7 +232,7 @@ class _Expansion:
     def find_declared(
         self, loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph]
     ) -> Iterator[tuple[Side, WireEnd]]:
-        """Yield each port that a file declares for its use as a subgraph, as its side and the inner port that it exposes."""
+        """Yield side and inner port of each port that a file declares for its use as a subgraph."""
         sides: tuple[Side, ...] = ("inputs", "outputs")
         for side in sides:
             for port in _declared_ports(loaded, side):
@@ -370,7 +370,7 @@ def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
 
 
 def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, tuple[str, ...]]:
-    """Return the ports that a file declares on one side for its use as a subgraph: inner ports such as `Node.port`, by name."""
+    """Return a dict from names of the ports that a file declares on one side to their inner ports, such as `Node.port`."""
     return loaded.spec.inputs if side == "inputs" else {name: (port,) for name, port in loaded.spec.outputs.items()}
 
 

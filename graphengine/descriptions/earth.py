@@ -6,7 +6,7 @@ from graphengine.descriptions.engine import mujoco
 from graphengine.format.scene_spec import EarthSpec
 
 EARTH = "spherical_coordinates"
-"""Name of the custom numbers of a model: latitude, longitude (degrees), elevation (m) and heading (degrees)."""
+"""Name of a model's custom numbers for latitude, longitude (degrees), elevation (m) and heading (degrees)."""
 
 
 def place_world(spec: mujoco.MjSpec, earth: EarthSpec) -> None:

@@ -111,7 +111,8 @@ def possible(inertia: NDArray[np.float64]) -> bool:
 def mended(inertia: NDArray[np.float64], mass: float) -> NDArray[np.float64]:
     """Return the given 3x3 inertia tensor (kg m2) if MuJoCo accepts it, else a similar tensor that it accepts.
 
-    If no similar tensor exists, the result is a sphere: with the mean moment, or that of a ball of water with this mass (kg).
+    If no similar tensor exists, all moments of the result equal the mean moment, or the moment of a ball of water with this
+    mass (kg).
     """
     if possible(inertia):
         return inertia

@@ -195,7 +195,7 @@ def _add_geoms(
         body: body of the link.
         parts: parts of the shapes of the link.
         otherwise: colour of visuals without a material.
-        made: meshes so far.
+        made: meshes that were added; new ones are added.
     """
     colour: Colour | None = None
     for shape, file, index in parts:

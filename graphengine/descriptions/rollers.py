@@ -1,4 +1,4 @@
-"""Finds the rollers of omni and mecanum wheels that a description models as links on joints of their own."""
+"""Finds the rollers of omni and mecanum wheels in a description that models each roller as a link on a joint."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _form_a_ring(description: RobotDescription, joint: Joint, axle: Floats, roll
 
 
 def _axis_on_floor(description: RobotDescription, joint: Joint, axle: Floats, rolling: list[Joint]) -> Vector3:
-    """Return the axis of a roller in the root link's frame, after a turn of the wheel that brings it straight below the axle."""
+    """Return the axis of a roller in the root link's frame, after the wheel has turned the roller straight below the axle."""
     arms = _arms(description, joint, axle, rolling)
     lowest = int(arms[:, 2].argmin())
     down = -np.eye(3)[2] + axle[2] * axle

@@ -230,7 +230,7 @@ class Node(metaclass=NodeMeta):
         does not allow a returned type, or has a different type already, the compiler reports an error.
 
         Args:
-            known: the port types that are known so far, by Python name of the port.
+            known: a dict from Python names of ports to their types, as far as these are known.
             variables: types of the graph's variables, by name.
 
         Raises:
@@ -253,7 +253,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def grows(cls) -> bool:
-        """Return whether the class sets `numbered` or overrides `dynamic_ports`, so that its nodes can have additional ports."""
+        """Return whether nodes of the class can have additional ports: it sets `numbered` or overrides `dynamic_ports`."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:

@@ -1,4 +1,4 @@
-"""The field specifiers with which a node class declares its ports, and the descriptions of ports that result from them."""
+"""The field specifiers with which a node class declares its ports, and the resulting descriptions of ports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kernel features that confine processes, and the policy for machines that lack one of them."""
+"""The kernel features that confine processes, and the policy for machines without these features."""
 
 from __future__ import annotations
 

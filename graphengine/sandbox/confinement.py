@@ -1,4 +1,4 @@
-"""Starts processes that read untrusted files, and provides the functions with which such a process confines itself."""
+"""Starts processes that read untrusted files, and provides functions with which these processes confine themselves."""
 
 from __future__ import annotations
 

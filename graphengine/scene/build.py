@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.literals import Override, no_node, no_port
+from graphengine.compiler.literals import Override, ends_with, no_node, no_port
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
@@ -258,7 +258,7 @@ def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
         more = "other values, such as those of physics and drives, are keys of the scene and robot files"
         return f"--set {override.text}: write NODE.PORT\n{more}"
     nodes = {f"{graph.name}/{instance.id}": instance for graph in graphs for instance in graph.instances}
-    meant = [instance.cls for path, instance in nodes.items() if override.matches(path)]
+    meant = [instance.cls for path, instance in nodes.items() if ends_with(path, override.target)]
     wrong = no_port(meant, override.port) if meant else no_node(override.target, nodes)
     return f"--set {override.text}: {wrong}"
 

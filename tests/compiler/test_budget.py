@@ -48,12 +48,12 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("files", HOSTILE.values(), ids=HOSTILE)
-def test_too_many_nodes_of_subgraphs_are_refused_once_with_the_limit_the_count_and_the_place(
+def test_too_many_nodes_of_subgraphs_are_one_error_with_limit_counts_and_position(
     files: dict[str, str], tmp_path: Path
 ) -> None:
     (found,) = findings(tmp_path, **files)
     assert found.code == "G105"
-    assert f"more than {MAX_PARTS} parts in one graph: " in found.message
+    assert f"more than {MAX_PARTS} nodes, wires, variables and uses of subgraphs in one graph: " in found.message
     assert found.span is not None
 
 

@@ -40,7 +40,7 @@ def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
 
 
 def shape(graph: Graph) -> object:
-    """Return a hashable key of all that a plan depends on: file, evaluator, node classes, wires and shared resources.
+    """Return a hashable key of the facts on which a plan depends: file, evaluator, node classes, wires and shared resources.
 
     Graphs with equal keys share a plan; literals are not part of the key.
     """

@@ -31,9 +31,9 @@ class DependencyGraph(WiredGraph):
 
     def _find_dependencies(self) -> None:
         self.shows: dict[int, set[int]] = {}
-        """For each data node: the nodes of other kinds whose outputs reach it over wires, also through other data nodes."""
+        """For each data node: the nodes of other kinds whose outputs reach the data node, directly or through data nodes."""
         self.depends: dict[int, set[int]] = {}
-        """For each data node: the nodes in `shows`, and the nodes that write a resource on which its value depends."""
+        """For each data node: the nodes in `shows`, and the nodes that write a resource on which the value depends."""
         self.dependents: dict[int, list[int]] = {}
         """For each node that is not a data node: the data nodes that depend on it."""
         self.volatile: set[int] = set()
@@ -79,7 +79,7 @@ class DependencyGraph(WiredGraph):
         return [i for i in self._sources_of_value(index) if i in self.data_rank and i not in self.constant]
 
     def share_upstream(self) -> None:
-        """Add to `shared` all data nodes that shared ones read, and all shared ones to `flagged`."""
+        """Add the data nodes that shared data nodes read to `shared`, and all shared data nodes to `flagged`."""
         self.shared |= {*self.upstream(self.shared, self.shared)} - self.constant
         self.flagged |= self.shared
 

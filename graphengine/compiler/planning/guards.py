@@ -8,10 +8,10 @@ from functools import reduce
 
 
 class GuardTree:
-    """The flags of a region as a tree: a flag that is set implies its parent. The root is "", which is always set.
+    """A tree of the flags of a region: a flag is set only if its parent is set. The root is "", which is always set.
 
-    `number` gives each flag the interval of positions that it and all flags below it occupy. A set of flags is a sorted list of
-    positions, in which no flag lies below another.
+    `number` assigns each flag an interval of positions, which contains the intervals of the flags below. A set of flags is a
+    sorted list of the starts of their intervals, in which no flag lies below another.
     """
 
     def __init__(self) -> None:
@@ -20,7 +20,7 @@ class GuardTree:
         """For each flag: an ancestor far above it. Searches jump to this ancestor where they can, and take O(log n) steps."""
         self._depth = {"": 0}
         self._end: dict[int, int] = {}
-        """End of the interval that starts at a position."""
+        """For the start of each interval: its end."""
         self._start: dict[str, int] = {}
 
     def add(self, flag: str, causes: Iterable[str]) -> str:

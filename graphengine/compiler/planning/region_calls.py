@@ -1,4 +1,4 @@
-"""Writes the calls of a region: when each node runs, what its outputs fire, and which data nodes are computed before it."""
+"""Writes the calls of a region: conditions and effects of each node, and the data nodes that are computed before."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Divides a graph into regions and orders their nodes; a region ends at the ports of pushers (loops and sequences).
 
 Within a region, nodes are ordered topologically over execution and data wires; a pusher and all nodes below its ports are one
-unit. Of nodes whose order the wires do not determine, the one whose first incoming execution wire is earlier in the file runs
-first, then the one that is itself earlier in the file.
+unit. If the wires do not determine the order of two nodes, the node whose first incoming execution wire is earlier in the file
+runs first; without a difference, the node that is earlier in the file.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ class WiredGraph:
         self.data_in: dict[int, list[Wire]] = {}
         """Data wires into each node, by index of the node.
 
-        A wire that begins at a wired input is replaced by a wire from the port where the value of that input comes from.
+        A wire that begins at a wired input is replaced by a wire from the source of that input's value.
         """
         self.exec_out: dict[int, list[Wire]] = {}
         self.exec_in: dict[int, list[Wire]] = {}
@@ -79,7 +79,7 @@ class WiredGraph:
         return True
 
     def _check_exec_cycles(self) -> bool:
-        """Return whether the execution wires form no illegal cycle, and report each illegal one.
+        """Return whether the execution wires form no illegal cycle; report illegal cycles.
 
         A wire into a control input may close a cycle; its firing then acts in the next activation of the target.
         """
@@ -108,7 +108,7 @@ class WiredGraph:
 
         Args:
             code: code of the findings.
-            what: message that precedes the list of nodes.
+            what: first half of the message, before the list of nodes.
             breakers: nodes or inputs with which a user can break the cycle.
             graph: graph in which cycles are searched.
             wires: wires that form the edges of the graph.

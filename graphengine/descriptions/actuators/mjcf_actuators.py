@@ -1,7 +1,7 @@
 """Converts the actuators of a MuJoCo model to drives: the kind of command that each takes, and its gains and limits.
 
-An actuator of MuJoCo exerts the force gain * control + bias. The bias determines its kind, regardless of its tag in MJCF: with
-a bias against position, it is a position servo; with a bias against velocity only, a velocity servo; without a bias, a motor.
+An actuator of MuJoCo exerts the force gain * control + bias. The bias, not the tag in MJCF, determines the kind of an actuator:
+a bias against position makes a position servo, a bias against velocity alone a velocity servo, and no bias a motor.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _law(model: mujoco.MjModel, index: int) -> tuple[float, tuple[float, float, 
 
 
 def _ranged(servo: Servo, model: mujoco.MjModel, index: int) -> Servo:
-    """Return the servo with its commands limited to the actuator's `ctrlrange`, if it has one."""
+    """Return the servo; if the actuator has a `ctrlrange`, the range of its commands is limited accordingly."""
     if not model.actuator_ctrllimited[index]:
         return servo
     ends = [(float(end) - servo.offset) / servo.scale for end in model.actuator_ctrlrange[index]]

@@ -91,7 +91,7 @@ def needs_conversion(data: bytes, suffix: str) -> bool:
 
 
 def _binary_triangles(data: bytes) -> int:
-    """Return the number of triangles of a binary STL file; -1 for other files, whose length does not match the number."""
+    """Return the number of triangles of a binary STL file; -1 if the length of the file does not match the number."""
     triangles = int.from_bytes(data[80:_STL_HEADER], "little")
     return triangles if len(data) == _STL_HEADER + _STL_TRIANGLE.itemsize * triangles else -1
 

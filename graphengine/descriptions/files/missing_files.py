@@ -35,7 +35,7 @@ class MissingFile:
 
 
 def report_missing(missing: Sequence[MissingFile], findings: Findings) -> None:
-    """Add an error for each folder from which files are missing, at the first reference to one of them."""
+    """Add an error for each folder with missing files, at the first reference to such a file."""
     folders: dict[tuple[Path, ...], list[MissingFile]] = {}
     for each in missing:
         folders.setdefault(tuple(place.parent for place in each.places), []).append(each)

@@ -1,7 +1,7 @@
 """Finds the files to which a description refers: by relative path, in a ROS package, or by absolute path.
 
-A package is a folder that has the package's name, or whose `package.xml` contains the name. It is looked up in this order: in
-the folders that contain the description (usually the package itself), in the `package_paths` of the robot file, and in the
+A package is a folder that has the package's name, or whose `package.xml` contains the name. Packages are looked up in this
+order: in the folders around the description (usually the package itself), in the `package_paths` of the robot file, and in the
 folders that the user allows.
 """
 
@@ -90,7 +90,7 @@ class Packages:
         return list(told.values())
 
     def lacks(self, name: str) -> list[str]:
-        """Return the lines of the message for a missing package: first what is wrong, then remedies."""
+        """Return the lines of the message for a missing package: the error, then remedies."""
         searched = listing(self.searched(), "looked in")
         return [f"no package {name!r}", *filter(None, (did_you_mean(name, self.known()), searched, REMEDY))]
 

@@ -31,7 +31,7 @@ MAX_FILES_BYTES = 500_000_000
 """Maximum size of all files together to which a scene refers, bytes."""
 
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
-"""Attribute of <compiler> that names the folder of an element's files, by tag; `assetdir` sets both attributes."""
+"""For each tag: the attribute of <compiler> that names the folder of an element's files; `assetdir` sets both attributes."""
 _CODE = ("plugin", "extension")
 """Tags of elements that make MuJoCo execute plugins."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
@@ -63,15 +63,15 @@ class Library:
         self._textured: set[MeshKind] = set()
         """Meshes whose files use images."""
         self._plates: dict[tuple[str, str], str] = {}
-        """Key of the mesh for a collider, by key and scale of its file: the same key, that of a plate, or empty for a line."""
+        """Key of the mesh to use for a collider's file and scale: the file's own key, a plate's key, or empty for a line."""
         self.memory = 0.0
         """Estimated memory (see `bounds`) of the world and the robots in use, bytes."""
         self._read_bytes = 0
-        """Size of all files read so far."""
+        """Size of all files that were read, bytes."""
         self._heaviest = 0.0
         """Estimated memory of the largest model that may be attached, bytes."""
         self._missing: list[MissingFile] = []
-        """References to files that do not exist and are not reported yet."""
+        """Unreported references to missing files."""
         self.outcomes: dict[str, Outcome] = {}
         """Result of loading each mesh of the descriptions, by reference."""
 
@@ -101,7 +101,7 @@ class Library:
         return list(dict.fromkeys([*self._included_files, *self._keys]))
 
     def is_shipped(self, world: Path) -> bool:
-        """Return whether a world and all files read so far ship with this package; a file of a user may hide one of these."""
+        """Return whether a world and all files that were read ship with this package; a user's file may replace a shipped one."""
         folder = shipped()
         return all(path.is_relative_to(folder) for path in (world.resolve(), *self.read_files()))
 
@@ -268,7 +268,7 @@ class Library:
         Args:
             element: element whose children are searched.
             folder: folder of the file that contains the element.
-            seen: resolved paths of the files so far; included files are appended.
+            seen: resolved paths of the files that were read; included files are appended.
             main: folder of the main file; included files are looked up there if `folder` does not have them.
             depth: depth of the element, 1 for the root.
         """
@@ -354,7 +354,8 @@ class Library:
             raise _UnreadableError(f"the file is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         self._read_bytes += len(data)
         if self._read_bytes > MAX_FILES_BYTES:
-            raise _UnreadableError(f"with it the files of the scene are larger than {MAX_FILES_BYTES // 1_000_000} MB")
+            limit = MAX_FILES_BYTES // 1_000_000
+            raise _UnreadableError(f"with this file, the files of the scene are larger than {limit} MB")
         return data
 
     def _find(

@@ -1,7 +1,7 @@
 """Parses XML of limited size and depth, and keeps the source location of each element.
 
-Robot descriptions and worlds are parsed by this module first. MuJoCo receives only the output of `write`, so that no entity or
-encoding of an untrusted file reaches its parser.
+This module parses robot descriptions and worlds first. MuJoCo receives only the output of `write`; no entity or encoding of an
+untrusted file reaches the parser of MuJoCo.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reads a MuJoCo model (MJCF) as the description of a robot.
 
-Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to plain data, like
-those of any other description, so that code outside physics does not depend on the format of the description.
+Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to plain data, as
+for all formats; code outside physics does not depend on the format of the description.
 """
 
 from __future__ import annotations

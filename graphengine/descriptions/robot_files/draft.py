@@ -82,7 +82,7 @@ class Remark:
     subject: tuple[str, str] | tuple[()] = ()
 
     def holds(self, data: Mapping[str, Any]) -> bool:
-        """Return whether the values of a robot file are those of the claim."""
+        """Return whether a robot file has the values of the claim."""
         materials = data.get("materials", {}).values()
         frictions = [(each["static_friction"], each.get("across", each["static_friction"])) for each in materials]
         bound = {link: one for one, each in zip(frictions, materials, strict=True) for link in each["bind"]}
@@ -128,7 +128,7 @@ class RobotWheel:
 
     @property
     def sideways(self) -> bool:
-        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward and backward."""
+        """Whether the axle is parallel to the y axis of the root link; the wheel then rolls forward and backward."""
         return abs(self.axle[1]) > ALIGNED
 
     @property
@@ -166,10 +166,10 @@ class Draft:
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
         pushed: whether a plugin of Gazebo pushes the base without turning its wheels.
         second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
-        controller_track: whether the track of a skid-steered base is that of its controller; None for other bases.
+        controller_track: whether the track of a skid-steered base was taken from its controller; None for other bases.
         guessed_turn: whether the limit of the turn rate of a skid-steered base is guessed.
         noticed: remarks on the robot itself, e.g. that part of its weight rests on the chassis.
-        commanded: names of joints that a topic commands, except those of a mobile base.
+        commanded: names of the joints that a topic commands, without the joints of a mobile base.
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
     """
 
@@ -282,7 +282,7 @@ class Draft:
         self.noticed.append(Remark(text, span))
 
     def use(self, element: Element) -> None:
-        """Mark an element of the description and all elements below it as used, so that they are not reported as lost."""
+        """Mark an element of the description and all elements below it as used. Used elements are not reported as lost."""
         self._used.update((id(part), part) for part in element.walk())
 
     def use_parts(self, element: Element, *tags: str) -> None:

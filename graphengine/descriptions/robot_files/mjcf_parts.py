@@ -120,6 +120,6 @@ def _link(draft: Draft, name: str, kind: str) -> str:
 
 
 def _mount(draft: Draft, name: str, value: SensorKeys) -> Claim:
-    """Add a sensor, and return the claim that the robot file has it."""
+    """Add a sensor, and return the claim that the robot file has this sensor."""
     draft.sensors[prim_name(name)] = Entry(value)
     return {("sensors", prim_name(name)): value}

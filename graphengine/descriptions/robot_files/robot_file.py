@@ -90,7 +90,7 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
 
 
 def _check_removals(base: dict[str, Any], document: Document, findings: Findings) -> None:
-    """Add an error for each entry that a null in a file removes, and that the merged data of the extended files lacks."""
+    """Add an error for each null of a file that removes an entry which the extended files do not have."""
     for section in _SECTIONS:
         entries = base.get(section, {})
         for name, value in (document.data.get(section) or {}).items():

@@ -56,13 +56,13 @@ def render(draft: Draft, path: Path) -> Document:
 
 @dataclass(slots=True)
 class _Page:
-    """The lines of a robot file, and for each key in block style: its location, its value and the number of its line."""
+    """The lines of a robot file, and location, value and line number of each key in block style."""
 
     lines: list[str]
     rows: list[tuple[tuple[str, ...], Any, int]] = field(default_factory=list)
 
     def add_entry(self, section: str, key: str, entry: Entry[Any], *comments: str) -> None:
-        """Add a key of a section, below the given comments and those of its entry."""
+        """Add a key of a section, below the given comments and the comments of the entry."""
         self.lines += [f"  # {printable(comment)}" for comment in (*comments, *entry.comments)]
         number = len(self.lines)
         self.add((section, key), entry.value)

@@ -1,7 +1,7 @@
 """Reads SDF files and the models that they include, from allowed folders and within limits on size and depth.
 
-`model://NAME` refers to a folder called NAME, which is searched in the folders that contain the file and in those that the user
-allows. Nothing is downloaded.
+`model://NAME` refers to a folder NAME in the folders around the file or in the folders that the user allows. Nothing is
+downloaded.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ OLDEST, NEWEST = 4, 12
 MAX_DEPTH = 20
 """Maximum number of levels of nested models."""
 MAX_MODELS = 5000
-"""Maximum number of models of an SDF file, including those of included files."""
+"""Maximum number of models of an SDF file, including models of included files."""
 MAX_URI = 1000
 """Maximum number of characters of the URI in an include."""
 _MAX_MISSING = 50

@@ -77,7 +77,7 @@ class SdfFrame:
         return (relative_to(self.element, home) or self._holder(home)) if home is not None else None
 
     def _holder(self, home: Scope) -> SdfFrame:
-        """Return the frame to which this frame is attached; that of the scope `home` if the element names none."""
+        """Return the frame to which this frame is attached, by default the frame of the scope `home`."""
         if self.kind == "joint":
             return home.child_of(self.element)
         name = self.element.get("attached_to") if self.kind == "frame" else ""
@@ -117,7 +117,7 @@ class SdfFrame:
 
 
 def _chain(frame: SdfFrame, ends: Callable[[SdfFrame], bool]) -> list[SdfFrame]:
-    """Return a frame, its base frame, the base of that frame and so on, up to the first frame for which `ends` is true.
+    """Return a frame, then its base frame, the base of that frame and so on, up to the first frame for which `ends` is true.
 
     The chain also ends at the outermost scope.
 

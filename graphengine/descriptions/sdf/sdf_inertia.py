@@ -124,7 +124,7 @@ def turned(moments: Moments, rotation: Quaternion) -> Moments:
 
 
 def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
-    """Return the volume (m3) of a shape, and its moments of inertia (x, y, z) divided by its mass (m2), about its own axes.
+    """Return the volume (m3) of a shape, and moments of inertia (x, y, z) about the axes of the shape, divided by the mass (m2).
 
     Raises:
         SdfError: the inertia of this shape is not implemented, or a size is not a number.

@@ -99,7 +99,7 @@ def parts_of(
     if rolls:
         slippery = [leaf("mu1", "0.0", element.span), leaf("mu2", "0.0", element.span)]
         yield Element("gazebo", {"reference": child.full_name}, element.span, slippery)
-    yield from _for_gazebo(joint, element.first("axis"))
+    yield _for_gazebo(joint, element.first("axis"))
 
 
 def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Findings) -> Iterator[Link | Joint]:
@@ -206,15 +206,14 @@ def _direction(joint: SdfFrame, axis: Element | None) -> Vector3:
     return x, y, z
 
 
-def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
-    """Yield a `<gazebo>` element with the joint's spring and its elements that URDF does not have, if there are any."""
+def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Element:
+    """Return a `<gazebo>` element with the joint's spring and its elements that URDF does not have."""
     made = Element("gazebo", {"reference": joint.full_name}, joint.element.span)
     if axis is not None and number_at(axis, "dynamics", "spring_stiffness", default=0.0):
         for name, tag in (("springStiffness", "spring_stiffness"), ("springReference", "spring_reference")):
             made.children.append(leaf(name, text_at(axis, "dynamics", tag) or "0", axis.span))
     made.children += [child for child in joint.element.children if child.tag not in (*_CONVERTED, "physics")]
-    if made.children:
-        yield made
+    return made
 
 
 def _is_ball(joint: SdfFrame, child: SdfFrame) -> bool:

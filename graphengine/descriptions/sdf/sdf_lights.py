@@ -54,7 +54,7 @@ def _colour(element: Element, tag: str, usual: Vector3, strength: float = 1.0) -
 
 
 def look_of(world: Element) -> Element:
-    """Return the MJCF `<visual>` element for a world; its ambient light is that of the world's `<scene>`."""
+    """Return the MJCF `<visual>` element for a world, with the ambient light of the world's `<scene>`."""
     scene = world.first("scene") or world
     span = world.span
     headlight = {"ambient": _colour(scene, "ambient", (0.4, 0.4, 0.4)), "diffuse": "0.2 0.2 0.2", "specular": "0 0 0"}

@@ -80,8 +80,8 @@ class LinkReader:
         text = f"{part.tag} {printable(part.get('name'))!r}: a link of a robot cannot have the shape {shape.tag!r}"
         raise SdfError(text, shape.span, "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box")
 
-    def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
-        """Yield a `<gazebo>` element with the properties of a link that URDF lacks, if the link has any."""
+    def for_gazebo(self, link: SdfFrame) -> Element:
+        """Return a `<gazebo>` element with the properties of a link that URDF lacks."""
         made = Element("gazebo", {"reference": link.full_name}, link.element.span)
         with reported(self.findings):
             made.children += surface_for_gazebo(link, self.frames)
@@ -95,8 +95,7 @@ class LinkReader:
                     made.children.append(self._sensor(child, link))
             elif child.tag not in (*_CONVERTED, *_NO_EFFECT):
                 made.children.append(child)
-        if made.children:
-            yield made
+        return made
 
     def _sensor(self, sensor: Element, link: SdfFrame) -> Element:
         """Return a copy of a `<sensor>` with its pose in the frame of the URDF link."""

@@ -22,7 +22,7 @@ class SdfError(Exception):
     """A part of an SDF file that cannot be converted.
 
     Attributes:
-        message: what is wrong.
+        message: text of the error.
         span: source location of the error.
         help: lines with remedies; empty lines are ignored.
         reported: whether the error has been added to findings.
@@ -38,7 +38,7 @@ class SdfError(Exception):
 
 @contextlib.contextmanager
 def reported(findings: Findings, code: str = "S103") -> Iterator[None]:
-    """Catch an SdfError that is raised in this context, and add it to the findings unless that has been done already."""
+    """Catch an SdfError that is raised in this context, and add the error to the findings unless it was reported before."""
     try:
         yield
     except SdfError as error:

@@ -162,7 +162,7 @@ class _WorldWriter:
 
 
 def _root(model: Scope) -> SdfFrame:
-    """Return the first link of a model that is not the child of a joint; the frame of the model if there is none."""
+    """Return the first link of a model that is not the child of a joint, by default the frame of the model."""
     carried = {fastened(joint)[1] for joint in model.all_joints()}
     return next((link for link in model.all_links() if link not in carried), model.frame)
 

@@ -114,7 +114,7 @@ def _mimic(joint: Element) -> Mimic | None:
 
 
 def check_numbers(owner: Element, findings: Findings) -> None:
-    """Add an error for each attribute below a link, joint or material that must be numeric and is not."""
+    """Add an error for each numeric attribute below a link, joint or material whose text is not legal."""
     for part in owner.walk():
         for attribute, count in _COUNTS.get(part.tag, {}).items():
             text = part.get(attribute)

@@ -1,4 +1,4 @@
-"""Writes links and joints as URDF: those of descriptions in other formats, and changes by robot files."""
+"""Writes URDF: descriptions in other formats, and URDF descriptions that robot files have changed."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def as_urdf(
 ) -> Element:
     """Return the `robot` element of a description.
 
-    The content of the links and joints is written into their elements. Each joint follows the links that it connects, so that
-    the tree can be read from top to bottom.
+    The content of the links and joints is written into their elements. Each joint follows the links that it connects; the tree
+    can be read from top to bottom.
 
     Args:
         name: name of the robot.

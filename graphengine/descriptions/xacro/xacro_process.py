@@ -1,8 +1,8 @@
 """The confined process in which xacro expands a file: it reads one request from stdin and writes one response to stdout.
 
 xacro was written for trusted files. Here `xacro_expressions` evaluates expressions, only files that the caller may read can be
-read, and environment variables are empty. Each element keeps its source location through macros and includes, so that errors
-refer to the right line.
+read, and environment variables are empty. Each element keeps its source location through macros and includes, and errors refer
+to this location.
 """
 
 from __future__ import annotations

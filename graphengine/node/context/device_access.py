@@ -104,7 +104,7 @@ class WorldHandles:
         return self._services.world.placement(self._find(prim))
 
     def conveyor(self, prim: str) -> Surface:
-        """Return a handle that sets the surface velocity of a body or link, so that it acts as a conveyor belt.
+        """Return a handle that sets the surface velocity of a body or link; the surface then acts as a conveyor belt.
 
         Raises:
             PrimError: the prim is not a rigid body, or a joint moves the body.

@@ -191,7 +191,7 @@ class OwnedEndpoints:
         Args:
             frame: name of the frame.
             namespace_from: path of the prim at which the search for the namespace starts; empty: start at the node's prim.
-            namespace: namespace to use if neither this prim nor an ancestor of it has one.
+            namespace: namespace to use if neither this prim nor any of its ancestors has one.
         """
         stage = self._services.stage
         return str(full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace)))

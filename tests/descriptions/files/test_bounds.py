@@ -229,4 +229,4 @@ def test_all_files_of_a_scene_together_have_a_limit(project: Project, monkeypatc
         (project.folder / f"a{number}.obj").write_bytes(obj("f 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n") + b"#" * 20_000)
         meshes += f'<mesh name="m{number}" file="a{number}.obj"/>'
     first = project.write("world.xml", world(meshes)).errors()[0]
-    assert "error S102: 'a4.obj': with it the files of the scene are larger than 0 MB" in first
+    assert "error S102: 'a4.obj': with this file, the files of the scene are larger than 0 MB" in first
