@@ -284,12 +284,12 @@ def test_a_rate_that_cannot_be_reached_is_told(file: MakeFile, runs: str, paces:
 
 
 @pytest.mark.parametrize(("runs", "rate"), [("tick", 60.0), ("physics_step", 240.0)])
-def test_what_a_graph_publishes_at_every_physics_step_is_told_to_be_as_often(
+def test_the_claimed_rate_of_a_publisher_is_that_of_ticks_or_physics_steps(
     file: MakeFile, runs: str, rate: float
 ) -> None:
     text = f"{{graph: g, runs: {runs}, nodes: {{T: Tick, A: Do}}, connections: [T.tick -> A.execIn]}}"
     findings = Findings()
     graph = planned(file(text), findings)
     assert graph is not None
-    claims = check.dry_setup([graph], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
+    claims = check.check_graphs([graph], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
     assert [claim.rate for claim in claims] == [pytest.approx(rate)]

@@ -120,8 +120,8 @@ def test_the_extent_of_a_file_is_its_last_log_time_and_metadata(tmp_path: Path) 
     for size in sizes:
         path.write_bytes(whole[: len(MCAP0_MAGIC) + size + 5])
         last, metadata = read_extent(path)
-        found.append((last, metadata.metadata if metadata is not None else None))
-    assert found == [(0, None), (70, None), (70, {"ticks": "5"}), (90, {"ticks": "5"})]
+        found.append((last, metadata.metadata))
+    assert found == [(0, {}), (70, {}), (70, {"ticks": "5"}), (90, {"ticks": "5"})]
 
 
 @given(data=st.binary(max_size=200), kind=st.sampled_from([0, 6, 12, 15]))
