@@ -81,7 +81,7 @@ def test_files_are_laid_out_by_their_names(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path)
     workspace.add("project/hall/scene.yaml", b"scene: a")
     assert workspace.path("project/hall/scene.yaml").read_bytes() == b"scene: a"
-    assert workspace.place("project") / "hall/scene.yaml" == workspace.path("project/hall/scene.yaml")
+    assert workspace.folder / "project/hall/scene.yaml" == workspace.path("project/hall/scene.yaml")
 
 
 @pytest.mark.parametrize(
