@@ -202,9 +202,8 @@ class Workspace:
     @staticmethod
     def _check_size(size: int, files: int) -> None:
         if size > MAX_BYTES or files > MAX_FILES:
-            raise RecordingError(
-                f"the recording has more than {MAX_FILES} files, or they are larger than {MAX_BYTES // 10**9} GB"
-            )
+            limit = f"more than {MAX_FILES} files, or they are larger than {MAX_BYTES // 10**9} GB"
+            raise RecordingError(f"the recording has {limit}")
 
 
 def _real(path: Path) -> Path:

@@ -111,9 +111,8 @@ class Lockstep:
         else:
             why = "no program publishes the topic: start the program under test, in the ROS domain of this run"
         came = f"{min(one.waiting for one in subscriptions)} of {entry.messages} messages"
-        return (
-            f"{entry.topic}: lockstep received {came} within {entry.timeout:g} s of wall time, at t = {at:g} s\n  {why}"
-        )
+        what = f"lockstep received {came} within {entry.timeout:g} s of wall time, at t = {at:g} s"
+        return f"{entry.topic}: {what}\n  {why}"
 
 
 def _ends(entry: LockstepSpec, frame: int, tick: Fraction) -> bool:

@@ -78,9 +78,8 @@ class ServiceCaller:
         if early is not None:
             self._settle(future, early)
         if dropped is not None and not dropped.done():
-            dropped.set_exception(
-                TransportError(f"{self._service}: no response, and {MAX_OPEN} later calls are waiting")
-            )
+            why = f"no response, and {MAX_OPEN} later calls are waiting"
+            dropped.set_exception(TransportError(f"{self._service}: {why}"))
         return future
 
     def _receive(self, number: int, data: bytes) -> None:

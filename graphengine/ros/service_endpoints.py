@@ -270,9 +270,8 @@ class LiveClient(_Endpoint, ServiceClient):
         self._send_waiting()
         self._patience = self._patience + 1 if self._waiting else 0
         if self._patience == PATIENCE:
-            self._tell(
-                f"no server offers this service with the type {self.service_type}; the last {self._keeps} calls wait for a server"
-            )
+            what = f"no server offers this service with the type {self.service_type}"
+            self._tell(f"{what}; the last {self._keeps} calls wait for a server")
 
     def forget_calls(self) -> None:
         """Discard all open calls; the numbers of calls restart at 1."""

@@ -159,10 +159,9 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
     if found:
         return found
     if not matching:
-        paths = [known for known, _, _ in nodes]
-        raise UsageError(
-            f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r} is no address; write NODE.PORT"
-        )
+        if not path:
+            raise UsageError(f"{pattern!r} is no address; write NODE.PORT")
+        raise UsageError(f"{pattern}: {no_node(path, [known for known, _, _ in nodes])}")
     classes = (type(executor.nodes[index]) for _, executor, index in matching)
     raise UsageError(f"{pattern}: {no_port(classes, name, sides)}")
 
@@ -174,8 +173,7 @@ def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
         UsageError: no port or several ports match.
     """
     found = find_ports(runs, address)
-    if len(found) > 1:
-        found = [port for port in found if port.address == address] or found
+    found = [port for port in found if port.address == address] or found
     if len(found) > 1:
         ports = listing([port.address for port in found], "write one of")
         raise UsageError(f"{address} could mean {len(found)} ports\n  {ports}")

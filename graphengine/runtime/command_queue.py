@@ -49,22 +49,17 @@ class CommandQueue:
         try:
             return self.ask(parse(name, arguments).apply)
         except UsageError as error:
-            answer: Future[Any] = Future()
-            answer.set_exception(error)
-            return answer
+            return _failed(error)
 
     def ask(self, action: Action) -> Future[Any]:
         """Queue a function that the session's thread calls with the session; return the future of its result. Thread-safe."""
-        answer: Future[Any] = Future()
-        try:
-            with self._lock:
-                if self._closed:
-                    raise StateError(self._closed)
-                if self._arrived.qsize() >= MAX_WAITING:
-                    raise StateError(f"the queue is full: {MAX_WAITING} commands are waiting")
-                self._arrived.put((action, answer))
-        except UsageError as error:
-            answer.set_exception(error)
+        answer = Future[Any]()
+        with self._lock:
+            if self._closed:
+                return _failed(StateError(self._closed))
+            if self._arrived.qsize() >= MAX_WAITING:
+                return _failed(StateError(f"the queue is full: {MAX_WAITING} commands are waiting"))
+            self._arrived.put((action, answer))
         return answer
 
     def serve(self, session: SessionCore) -> None:
@@ -137,3 +132,10 @@ class CommandQueue:
                 left.append(request[1])
         for answer in left:
             answer.set_exception(StateError(reason))
+
+
+def _failed(error: UsageError) -> Future[Any]:
+    """Return a future with an exception."""
+    answer = Future[Any]()
+    answer.set_exception(error)
+    return answer

@@ -27,7 +27,6 @@ def open_server(address: Address, name: str, definitions: Definitions, *, publis
     try:
         from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
     except ImportError as error:
-        raise TransportError(
-            f"Foxglove needs foxglove-sdk and websockets: {error}\n  {install_command('foxglove')}"
-        ) from None
+        what = f"Foxglove needs foxglove-sdk and websockets: {error}"
+        raise TransportError(f"{what}\n  {install_command('foxglove')}") from None
     return FoxgloveServer(address, name, definitions, publish=publish)

@@ -53,8 +53,7 @@ _FRAGMENT = 14600
 
 def write(entity: Any, data: bytes) -> int:
     """Send a CDR message with a Cyclone DDS writer; return a negative Cyclone error code on failure."""
-    code: int = _clayer.ddspy_write(entity._ref, data)
-    return code
+    return int(_clayer.ddspy_write(entity._ref, data))
 
 
 def take(entity: Any) -> list[tuple[bytes, int]]:
@@ -259,10 +258,8 @@ def _open(domain: Domain) -> Any:
                 return DdsDomain(domain.id, configuration)
         except DDSException as error:
             errors.append(LOG.reason() or str(error))
-    remedies = (
-        "" if domain.cyclone_uri else "\nis a network interface up?\nto run without a network: --transport memory"
-    )
-    raise TransportError(f"cannot join {domain}: {errors[-1]}{remedies}")
+    help_lines = "\nis a network interface up?\nto run without a network: --transport memory"
+    raise TransportError(f"cannot join {domain}: {errors[-1]}{'' if domain.cyclone_uri else help_lines}")
 
 
 def configurations(domain: Domain) -> list[str]:

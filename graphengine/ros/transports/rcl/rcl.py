@@ -41,16 +41,13 @@ class RclTransport(RosNode):
     def _join(self) -> str:
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
-        from rclpy.node import Node
 
         domain = self._domain
         self._context = rclpy.Context()
         try:
             with discovery(domain):
                 self._context.init(args=[], domain_id=domain.id)
-            self._node = Node(
-                self._name, namespace=self._namespace, context=self._context, start_parameter_services=False
-            )
+            self._node = self._make_node(self._namespace, self._name)
             self._others: dict[str, Any] = {}
             """Additional rclpy nodes that offer services, by full name; each exists while it has servers."""
             self._executor = SingleThreadedExecutor(context=self._context)
@@ -208,19 +205,19 @@ class RclTransport(RosNode):
             node.destroy_node()
 
     def _node_of(self, end: RclEnd) -> Any:
-        """Return the rclpy node of an endpoint; an additional node is created for its first endpoint."""
-        from rclpy.node import Node
-
+        """Return the rclpy node of an endpoint; create an additional node for its first endpoint."""
         if not end.node or end.node == self.node:
             return self._node
         if end.node not in self._others:
-            namespace, name = split_name(end.node)
-            node = Node(
-                name, namespace=namespace, context=self._context, start_parameter_services=False, enable_rosout=False
-            )
+            node = self._make_node(*split_name(end.node), enable_rosout=False)
             self._others[end.node] = node
             self._executor.add_node(node)
         return self._others[end.node]
+
+    def _make_node(self, namespace: str, name: str, **options: Any) -> Any:
+        from rclpy.node import Node
+
+        return Node(name, namespace=namespace, context=self._context, start_parameter_services=False, **options)
 
     def _wait_for_executor(self) -> None:
         """Wait until the executor has released destroyed endpoints; until then, their topic cannot get another type."""
