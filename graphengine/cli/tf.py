@@ -179,4 +179,4 @@ def _cells(row: Row, names: Mapping[bytes, str]) -> tuple[str, str, str, str]:
     edge = row.edge
     if edge is None:
         return str(row), "", "", ""
-    return str(row), broadcasters(edge, names), frequency(edge), f"{seconds(edge.newest)} s"
+    return str(row), broadcasters(edge.sources, names), frequency(edge), f"{seconds(edge.newest)} s"

@@ -1,4 +1,4 @@
-"""Changes single values in the text of a YAML file; all other text, including comments, stays as it is."""
+"""Changes single values in the text of a YAML file without a change of any other text, such as comments."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _END = "\r\n|[\n\r\x85\u2028\u2029]"
 
 
 class PatchError(ValueError):
-    """A value in a YAML text cannot be set: the text has errors, or setting it would change other values too."""
+    """A value in a YAML text cannot be set: the text has errors, or the change would affect other values too."""
 
 
 def set_value(text: str, location: Location, value: Any, comment: str = "") -> str:
     """Return the text of a YAML file with one value set; missing mappings on the way to the value are added.
 
-    The function parses the result and checks that only this value differs from the original.
+    The function parses the result, and checks that only this value differs from the original.
 
     Args:
         text: text of a YAML file that `document` can parse.
@@ -31,8 +31,8 @@ def set_value(text: str, location: Location, value: Any, comment: str = "") -> s
         comment: text of a comment line above the value; it replaces a comment line there that begins with the same two words.
 
     Raises:
-        PatchError: the text has errors, the old value is not a scalar on one line, an alias repeats it, or the place of the
-            new key is not in a mapping.
+        PatchError: the text has errors, the old value is not a scalar on one line, an alias repeats the old value, or the new
+            key would not be in a mapping.
     """
     found = _read(text)
     expected = _with_value(found.data, location, value)
@@ -65,7 +65,7 @@ def _read(text: str) -> document.Document:
 
 
 def _split(text: str) -> list[str]:
-    """Split a text into lines that include their line ends, at the same line ends as `document`."""
+    """Return the lines of a text with their line ends, which are those of `document`."""
     parts = re.split(f"({_END})", text)
     return [line + end for line, end in zip(parts[::2], [*parts[1::2], ""], strict=True)]
 
@@ -83,13 +83,12 @@ def _with_value(data: Any, location: Location, value: Any) -> Any:
         return [_with_value(one, tuple(rest), value) if i == key else one for i, one in enumerate(data)]
     if isinstance(data, dict) and isinstance(key, str):
         return data | {key: _with_value(data.get(key, {}), tuple(rest), value)}
-    raise PatchError(
-        f"{_name(location)} cannot be set: {key!r} must be a key in a mapping or the index of an existing list element"
-    )
+    legal = f"{key!r} must be a key in a mapping or the index of an existing list element"
+    raise PatchError(f"{_name(location)} cannot be set: {legal}")
 
 
 def _with_new_key(text: str, found: document.Document, location: Location, value: Any) -> tuple[list[str], int]:
-    """Return the lines of the text with a new key and its value added, and the index of the new key's line."""
+    """Return the lines of the text with a new key and value, and the index of the new key's line."""
     depth = next(end for end in range(len(location) - 1, -1, -1) if found.find(*location[:end]) is not None)
     for key in reversed(location[depth + 1 :]):
         value = {key: value}
@@ -102,13 +101,13 @@ def _with_new_key(text: str, found: document.Document, location: Location, value
     end, more = _flow_end(lines[line], parent), ", " if parent.data else ""
     cut = column + 1 if end is None else end - 1
     head, tail = lines[line][:cut], lines[line][cut:]
-    # A mapping that spans lines gets the entry at its beginning.
+    # In a mapping that spans lines, the entry goes to the beginning.
     lines[line] = f"{head}{entry}{more}{tail}" if end is None else head.rstrip(" ,") + f"{more}{entry}{tail}"
     return lines, line
 
 
 def _flow_end(text: str, value: Value) -> int | None:
-    """Return the index of the character after a flow-style value in a line; None if the value spans lines or has an alias."""
+    """Return the index behind a flow-style value in a line; None if the value spans lines or has an alias."""
     begin = value.span.column - 1
     if not isinstance(value.data, dict | list):
         return begin + value.span.length

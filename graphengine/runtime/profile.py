@@ -1,4 +1,4 @@
-"""Measures in sampled ticks how often nodes run and fire, and how long they compute; all other ticks run at full speed."""
+"""Measures in sampled ticks how often nodes run and fire and how long they compute; all other ticks run at full speed."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Profile:
 
 
 def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, always: bool) -> Callable[[], Any]:
-    """Return a function that calls `compute` of a node, and counts and times the calls.
+    """Return a function that calls `compute` of a node, counts the calls and measures their time.
 
     Args:
         node: measurements to which the function adds.

@@ -289,5 +289,5 @@ def test_a_publisher_has_the_rate_at_which_its_graph_is_executed(file: MakeFile,
     findings = Findings()
     graph = planned(file(text), findings)
     assert graph is not None
-    claims = check.dry_setup([graph], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
+    claims = check.check_graphs([graph], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
     assert [claim.rate for claim in claims] == [pytest.approx(rate)]

@@ -55,7 +55,7 @@ def test_each_number_of_a_file_can_be_changed_and_only_its_line_changes(path: Pa
         assert all(old.partition("#")[2] == new.partition("#")[2] for old, new in differing)
 
 
-def test_the_comment_stands_above_the_line_and_replaces_the_one_of_the_last_time() -> None:
+def test_the_comment_is_above_the_line_and_replaces_the_previous_comment() -> None:
     text = "a:\n  b: 1  # one\n  c: 2\n"
     once = set_value(text, ("a", "b"), 3, "graphrun calibrate: first")
     assert once == "a:\n  # graphrun calibrate: first\n  b: 3  # one\n  c: 2\n"
@@ -97,7 +97,7 @@ def test_a_missing_key_is_added_in_the_style_of_its_mapping(text: str, location:
         ("a: [\n", ("a",)),
     ],
 )
-def test_what_would_change_more_than_the_value_is_refused(text: str, location: Location) -> None:
+def test_a_change_that_affects_other_values_is_refused(text: str, location: Location) -> None:
     with pytest.raises(PatchError):
         set_value(text, location, 5)
 
