@@ -41,8 +41,8 @@ class OdometryMeter:
         error = displacement(odometry) - true
         if motion.kind == "turn":
             self._take_turn(motion, true, error)
-            steps = pieces(truth, odometry, FARTHEST, ANGLE)
-            self._turns += [(abs(true[2]), off[2], math.hypot(off[0], off[1])) for true, off in steps]
+            turns = pieces(truth, odometry, FARTHEST, ANGLE)
+            self._turns += [(abs(true[2]), off[2], math.hypot(off[0], off[1])) for true, off in turns]
             return
         along, across = (0, 1) if motion.kind == "straight" else (1, 0)
         distance = abs(true[along])
