@@ -1,4 +1,4 @@
-"""Writes the node reference as Markdown: all node types with their ports, by family. A type's anchor is its registered name."""
+"""Writes the node reference as Markdown: all node types with their ports. The anchor of a type is its registered name."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, absolute_namespace, add_live_arguments, show
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.parser import add_verb
 from graphengine.cli.quantities import positive
 from graphengine.format.atomic_write import write_together
@@ -35,17 +35,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun tf tree` to its parser."""
     verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
     tree = add_verb(verbs, "tree", "print the frame tree with the broadcaster, rate and newest transform of each frame")
-    namespace = (
-        "namespace of tf and tf_static, such as dd100_0000 (default: the root namespace, or else the only one in use)"
-    )
-    tree.add_argument("--namespace", metavar="NAME", help=namespace)
+    namespace = "namespace of tf and tf_static, such as dd100_0000 (default: the root, else the only one in use)"
+    add_value(tree, "--namespace", "NAME", namespace)
     wait = f"time to listen to transforms (default {LISTENING:g})"
-    tree.add_argument("-t", "--wait-time", metavar="SECONDS", type=positive, default=LISTENING, help=wait)
-    output = (
-        "file to write: text (.txt), Graphviz source (.dot, .gv), or an image drawn by Graphviz (.png, .svg, .pdf);"
-    )
-    output += " default: print text"
-    tree.add_argument("-o", "--output", metavar="FILE", type=Path, help=output)
+    add_value(tree, "--wait-time", "SECONDS", wait, short="-t", type=positive, default=LISTENING)
+    output = "file to write: text (.txt), Graphviz source (.dot, .gv), or an image drawn by Graphviz (.png, .svg, "
+    output += ".pdf); default: print text"
+    add_value(tree, "--output", "FILE", output, short="-o", type=Path)
     add_flag(tree, "--strict", "exit with code 1 if there are warnings")
     add_live_arguments(tree)
 
@@ -60,9 +56,8 @@ def execute(arguments: argparse.Namespace) -> int:
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
-        namespace = (
-            _only_namespace(live.graph()) if arguments.namespace is None else absolute_namespace(arguments.namespace)
-        )
+        given = arguments.namespace
+        namespace = _only_namespace(live.graph()) if given is None else absolute_namespace(given)
         topics = [f"{namespace}/tf", f"{namespace}/tf_static"]
         print(f"listening to {' and '.join(topics)} for {arguments.wait_time:g} s", file=sys.stderr)
         _listen(live, topics, tree)
@@ -116,28 +111,27 @@ def _namespaces(graph: NetworkGraph) -> list[str]:
 
 
 def _only_namespace(graph: NetworkGraph) -> str:
-    """Return the namespace whose transforms to show: the root namespace (an empty text) if it has any, else the only one.
+    """Return the root namespace (an empty text) if it has transforms, else the only namespace with transforms.
 
     Raises:
-        TransportError: the root namespace has no transforms, but several others have.
+        TransportError: the root namespace has no transforms, but several other namespaces have.
     """
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
         return "" if "" in there else "".join(there)
-    raise TransportError(
-        f"transforms are published in several namespaces\n{listing(there, 'choose one with --namespace')}"
-    )
+    advice = listing(there, "choose one with --namespace")
+    raise TransportError(f"transforms are published in several namespaces\n{advice}")
 
 
 def _elsewhere(graph: NetworkGraph) -> str:
-    """Return a hint for the user with the namespaces in which transforms are published."""
+    """Return a text for the user that lists the namespaces in which transforms are published."""
     return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
 
 def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
-    """Return node names by source of transforms: by the GID of a publisher, and by topic.
+    """Return a dict from sources of transforms to node names; a source is the GID of a publisher, or a topic.
 
-    A transport that does not report the publisher of a message gives the topic as the source; its name lists all publishers.
+    A topic is the source on transports that do not report the publisher of a message; its name lists all publishers.
     """
     names = {end.gid: end.full_node or "unknown" for end in graph.endpoints}
     writers = {topic: sorted({names[end.gid] for end in graph.publishers(topic)}) for topic in topics}
@@ -145,7 +139,7 @@ def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
 
 
 def _volatile(graph: NetworkGraph, topic: str) -> list[str]:
-    """Return a warning for each node that publishes `topic` with volatile durability; tf2 does not receive its messages."""
+    """Return a warning for each node that publishes `topic` with volatile durability, because tf2 misses its messages."""
     late = [end.full_node for end in graph.publishers(topic) if end.qos.durability == "volatile"]
     return [f"{node} publishes {topic} with durability volatile, so tf2 does not receive it" for node in late]
 

@@ -17,7 +17,7 @@ CIRCLES = ("G209", "G210")
 
 
 class _EndNode(NamedTuple):
-    """The node at one end of a wire; `via` has the uses of the subgraphs that contain the wire."""
+    """The node at one end of a wire; `via` lists the uses of the subgraphs around the wire."""
 
     node: str
     via: Via
@@ -31,8 +31,8 @@ class AssignedFindings:
     """The findings of each node and of the whole graph.
 
     Attributes:
-        nodes: findings by node id.
-        circular: wires that form a cycle.
+        nodes: a dict from node ids to findings.
+        circular: wires of cycles.
         graph: findings in the graph's files that belong to no node.
     """
 
@@ -44,7 +44,7 @@ class AssignedFindings:
 def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
     """Return the findings of a graph, assigned to nodes.
 
-    A finding belongs to the nodes in the cycle that it reports, to the node at its position, or to the ends of the wire there.
+    A finding on a cycle belongs to the nodes of the cycle; another finding to the node, or to the ends of the wire, at its span.
     """
     assigned = AssignedFindings()
     regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
@@ -68,13 +68,13 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
     return assigned
 
 
-def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
+def _told_of(finding: Finding, items: Sequence[T]) -> Sequence[T]:
     """Return the nodes or wires to which a finding applies.
 
-    If a subgraph is used several times and the finding names one use, only nodes or wires in this use are returned.
+    If the finding names one of several uses of a subgraph, only nodes or wires in this use are returned.
     """
-    told = set(finding.related)
-    return [thing for thing in things if told.issuperset(thing.via)] or things
+    named = set(finding.related)
+    return [item for item in items if named.issuperset(item.via)] or items
 
 
 def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
@@ -84,7 +84,7 @@ def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
 
 
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
-    """Return the nodes at the ends of wires, by the span of each end; the span of a whole wire gives its target node."""
+    """Return a dict from spans of wire ends to their nodes; the span of a whole wire gives the target node."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
@@ -95,7 +95,7 @@ def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
 
 
 def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return where a node begins in its file, and where its last key or value is, each as line and column."""
+    """Return the positions (line, column) of the beginning of a node and of its last key or value in the file."""
     key = entry.key_span()
     last = (key.line, key.column)
     found = entry.document.find(*entry.location)

@@ -294,7 +294,7 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
         ),
         (
             ["--message", "std_msgs/msg/String"],
-            "--message needs NAME, a node type that gets ports from a message type, such as ROS2Publisher",
+            "--message needs NAME, a node type with ports for a message type, such as ROS2Publisher",
         ),
         (["Publisher", "--message", "a/msg/B", "--msg-path", "x"], "--msg-path x: no such file or folder"),
     ],

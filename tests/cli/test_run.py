@@ -134,7 +134,7 @@ def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Pa
             "write a namespace, as in --simulation-interfaces /one; write the scene or graph before this option",
         ),
         ("--simulation-interfaces", "/one/", "ends with '/'"),
-        ("--seed", "x", "is not a whole number"),
+        ("--seed", "x", "write a whole number"),
         ("--allow", "/nowhere", "no such folder"),
         ("--scene", "dd100_flatt", "did you mean 'dd100_flat'?"),
         ("--scene", "clock", "this is a graph file, not a scene"),

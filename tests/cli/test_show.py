@@ -214,5 +214,5 @@ def test_a_drawing_does_not_write_over_a_file_of_another_kind(graphrun: Graphrun
     graph = tmp_path / "mine.yaml"
     graph.write_text("kept")
     result = graphrun("show", "tutorial/clock", option, str(graph), code=2)
-    assert "the file's name must end in" in result.err
+    assert "the name must end in" in result.err
     assert graph.read_text() == "kept"

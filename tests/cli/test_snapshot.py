@@ -140,7 +140,7 @@ def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Gra
         (["-o", "p.png", "--size", "10"], "'10' is not a size; write 1280x720"),
         (["-o", "p.png", "--size", "0x10"], "'0x10' is not a size"),
         (["-o", "p.png", "--depth", "--segmentation"], "not allowed with argument"),
-        (["-o", "p.png", "--depth", "--camera", "top"], "--depth: top is a view, which has no depth image"),
+        (["-o", "p.png", "--depth", "--camera", "top"], "--depth: the view top has no depth image"),
         ([], "one of the arguments -o/--output --video is required"),
     ],
 )

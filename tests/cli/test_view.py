@@ -94,7 +94,7 @@ def test_a_file_that_is_no_page_is_not_overwritten(graphrun: Graphrun, clock: Pa
     record(path, 3, clock)
     before = path.read_bytes()
     result = graphrun("view", str(path), "--html", str(path), code=2, out="")
-    assert "the file's name must end in .html; files with other endings are not overwritten" in result.err
+    assert "the name must end in .html; files with other endings are not overwritten" in result.err
     assert path.read_bytes() == before
 
 

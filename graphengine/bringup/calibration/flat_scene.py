@@ -18,7 +18,7 @@ from graphengine.physics.model.robot import RobotInstance
 
 _WORLD = "worlds/flat_grid.xml"
 _PLACES = ("position", "orientation", "count", "spacing", "per_row", "places", "namespace")
-"""Keys of a robot's entry in a scene file that place and name the robot or its fleet; the new scene does not copy these keys."""
+"""Keys of a robot's entry in a scene file for position and name of the robot or its fleet; the new scene leaves them out."""
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def flat_scene(stem: str, name: str, make: Callable[[Path], Scene], more: Mappin
     Args:
         stem: name of the scene's file without its suffix.
         name: name of the scene.
-        make: reads and checks the scene in a file; rays are to be cast by MuJoCo, because none is cast without need.
+        make: reads and checks the scene in a file; it should choose MuJoCo for rays, because hardly any ray is cast.
         more: further keys of the scene file.
 
     Raises:

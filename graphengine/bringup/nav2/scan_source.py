@@ -24,7 +24,7 @@ class ScanSource:
         ranges: smallest and largest range of the lidar, m.
         view: horizontal field of view, rad.
         rate: scans per second.
-        height: height of the lidar in the world, m; relative to a floor in copies that `above` returns.
+        height: height of the lidar in the world, m; in copies by `above`, relative to a floor.
     """
 
     topic: str
@@ -52,7 +52,7 @@ def scan_sources(scene: Scene, claims: Sequence[EndpointClaim]) -> list[ScanSour
 
 
 def _lidar(scene: Scene, claim: EndpointClaim) -> Prim | None:
-    """Return the lidar whose prim path is nearest upstream of the publishing node; None if no lidar is found."""
+    """Return the lidar whose prim path is nearest upstream of the publishing node; None without a lidar."""
     for graph in loaded_of(scene).planned:
         if claim.node.startswith(f"{graph.prim_path}/"):
             node = claim.node.removeprefix(f"{graph.prim_path}/")
@@ -65,7 +65,7 @@ def _lidar(scene: Scene, claim: EndpointClaim) -> Prim | None:
 
 
 def _upstream_paths(graph: Graph, node: str) -> Iterator[str]:
-    """Yield the prim paths that are input values of a node or of nodes upstream; the nearest node comes first."""
+    """Yield the prim paths among the input values of a node and of its upstream nodes, the nearest node first."""
     pending = [one.index for one in graph.instances if one.id == node]
     seen = set(pending)
     for index in pending:
