@@ -50,8 +50,9 @@ if TYPE_CHECKING:
 
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
 """Range of times that a stamp can hold, s: its seconds are a signed 32-bit number. `_LATEST` is out of range."""
-_ENCAPSULATIONS = (b"\0\0", b"\0\1")
-"""First two bytes of a CDR message in big endian and in little endian."""
+LITTLE_ENDIAN = b"\0\1"
+"""First two bytes of a CDR message in little endian."""
+_ENCAPSULATIONS = (b"\0\0", LITTLE_ENDIAN)
 
 
 class MessageError(TransportError):

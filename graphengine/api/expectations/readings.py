@@ -5,26 +5,24 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import lru_cache
-from typing import Any, ClassVar, Protocol
-from weakref import WeakKeyDictionary
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings, ReadingState
+from graphengine.api.expectations.conditions import Kind, Reading, Readings, ReadingState
 from graphengine.api.expectations.operators import TIME_ERROR
 from graphengine.api.session import Session
+from graphengine.devices.motion import Body, Frame
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
+from graphengine.messages.field_reader import number_reader
+
+F = TypeVar("F", bound=Frame)
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
-_kept: WeakKeyDictionary[Session, dict[str, Reading]] = WeakKeyDictionary()
-"""Readings that the conditions of a session share, by function and arguments."""
-_POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
-_VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
 KEPT = 100
 """Maximum number of messages per tick whose ages are compared."""
 FAR = 2.0
@@ -49,7 +47,7 @@ class Source(Protocol):
         """Number of the current tick, or of the current group of messages of a bag."""
 
     def subscribe(self, topic: str, *, keep: int) -> Any:
-        """Subscribe to a topic; in the result, `latest` is the newest message and `received` the number of messages."""
+        """Subscribe to a topic; the result has the attributes of `Subscription`."""
 
     def mark(self, text: str) -> None:
         """Add a mark to the recording of the session."""
@@ -78,46 +76,56 @@ def readings_of(session: Session) -> Readings:
     session does not have.
     """
     runner = session._runner
-    kept = _kept.setdefault(session, {})
-
-    def once(make: Callable[..., Reading]) -> Callable[..., Reading]:
-        """Return a function whose readings all conditions of the session share; each is read once per tick."""
-
-        def found(*arguments: Any, **named: Any) -> Reading:
-            key = f"{make.__name__}{arguments}{sorted(named.items())}"
-            if key not in kept:
-                reading = make(*arguments, **named)
-                read = lru_cache(maxsize=1)(lambda tick: reading.read())
-                kept[key] = replace(reading, read=lambda: read(runner.session.ticks))  # a reset does not change `ticks`
-            return kept[key]
-
-        return found
 
     def port(address: str) -> Reading:
         value = session.value(address)
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
-        return Reading(lambda: session.value(address), kind)
+        return Reading(lambda: session._port_value(address), kind)
 
-    @once
+    def frame_of(body: str) -> Callable[[], Frame]:
+        find = session.body(body).find
+        return _tracked(lambda: runner.session.services.world.frame(find()))
+
     def pose(body: str) -> Reading:
-        found = session.body(body)
-        return Reading(lambda: found.pose, "record", _POSE)
+        found, frame = session.body(body), frame_of(body)
+        fields = {
+            "position": Reading(lambda: frame().pose()[0], "vector"),
+            "orientation": Reading(lambda: frame().pose()[1], "vector"),
+        }
+        return Reading(lambda: found.pose, "other", fields.get)
 
-    @once
     def velocity(body: str) -> Reading:
         found = session.body(body)
-        return Reading(lambda: found.velocity, "record", _VELOCITY)
+        rigid: Callable[[], Body] = _tracked(lambda: runner.session.services.world.body(found.find()))
+        fields = {
+            "linear": Reading(lambda: rigid().velocity()[0], "vector"),
+            "angular": Reading(lambda: rigid().velocity()[1], "vector"),
+        }
+        return Reading(lambda: found.velocity, "other", fields.get)
 
     def tilt(body: str) -> Reading:
-        read = pose(body).read
-        return Reading(lambda: _tilt(read().orientation))
+        frame = frame_of(body)
+        return Reading(lambda: _tilt(frame().pose()[1]))
+
+    def position(place: Place) -> Callable[[], Sequence[float]]:
+        """Return the function that reads the position of a body, m; that of a point is constant.
+
+        Raises:
+            UsageError: the point does not have two or three finite numbers.
+        """
+        if isinstance(place, str):
+            frame = frame_of(place)
+            return lambda: frame().pose()[0]
+        numbers = [float(part) for part in place]
+        if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+            raise UsageError(f"a point has two or three finite numbers, got {place!r}")
+        return lambda: numbers
 
     def distance(one: Place, other: Place) -> Reading:
-        plane = any(not isinstance(place, str) and len(place) == 2 for place in (one, other))
-        ends = [_end(place, pose) for place in (one, other)]
-        return Reading(lambda: math.dist(*(end()[: 2 if plane else 3] for end in ends)))
+        first, second = position(one), position(other)
+        size = 2 if any(not isinstance(place, str) and len(place) == 2 for place in (one, other)) else 3
+        return Reading(lambda: math.dist(first()[:size], second()[:size]))
 
-    @once
     def clearance(body: str, other: str = "*") -> Reading:
         found = session.body(body)
         found.clearance()  # raises UsageError for a body without shapes
@@ -133,15 +141,17 @@ def readings_of(session: Session) -> Readings:
         logged, counted = runner.problems.logged, SEVERITIES[SEVERITIES.index(level) :]
         return Reading(lambda: sum(logged[severity] for severity in counted))
 
-    @once
     def contact(body: str, other: str = "*", but: str = "") -> Reading:
-        found = session.body(body)
-        found.touched  # noqa: B018  (starts the observation of physics steps)
-        return Reading(lambda: any(_matches(name, other) and not _matches(name, but) for name in found.touched))
+        session.body(body).touched  # noqa: B018  (starts the observation of physics steps)
+
+        @lru_cache(maxsize=64)
+        def matched(names: tuple[str, ...]) -> bool:
+            return any(_matches(name, other) and not _matches(name, but) for name in names)
+
+        return Reading(lambda: matched(runner.session.services.world.entities.touched(body)))
 
     return {
-        **topic_readings(session),
-        "time": lambda: Reading(lambda: runner.session.time),
+        **topic_readings(SessionSource(session)),
         "port": port,
         "pose": pose,
         "velocity": velocity,
@@ -153,6 +163,23 @@ def readings_of(session: Session) -> Readings:
     }
 
 
+class SessionSource:
+    """A session as a source of readings; its properties take less time than those of `Session`, which check the thread."""
+
+    def __init__(self, session: Session) -> None:
+        self._runner, self.subscribe, self.mark = session._runner, session.subscribe, session.mark
+
+    @property
+    def time(self) -> float:
+        """Simulation time, s."""
+        return self._runner.session.time
+
+    @property
+    def tick(self) -> int:
+        """Number of ticks since the last reset of the time."""
+        return self._runner.session.clock.frame
+
+
 def topic_readings(source: Source, epoch: int = 0) -> Readings:
     """Return the functions that `readings_of` describes and that need only topics: `time`, `message`, `age` and `rate`.
 
@@ -160,20 +187,29 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
         source: a session or a bag.
         epoch: ROS time at the time 0 of the source, ns.
     """
-
-    def message(topic: str) -> Reading:
-        return Reading(_newest(source.subscribe(topic, keep=1)), "other")
-
     return {
         "time": lambda: Reading(lambda: source.time),
-        "message": message,
+        "message": lambda topic: _newest(source.subscribe(topic, keep=1)),
         "age": lambda topic: _reading(_Age(source, topic, epoch)),
         "rate": lambda topic, over=1.0: _reading(_Rate(source, topic, over)),
     }
 
 
 def _reading(arrivals: _Arrivals) -> Reading:
-    return Reading(arrivals, state=arrivals)
+    return Reading(arrivals, state=arrivals, arrives=True)
+
+
+def _tracked(find: Callable[[], F]) -> Callable[[], F]:
+    """Return a function that returns a handle, and finds it again after its prim was removed or its world was closed."""
+    handle: F | None = None
+
+    def current() -> F:
+        nonlocal handle
+        if handle is None or handle.released:
+            handle = find()
+        return handle
+
+    return current
 
 
 def _is_vector(value: Any) -> bool:
@@ -182,37 +218,27 @@ def _is_vector(value: Any) -> bool:
     return isinstance(value, tuple) and bool(value) and all(isinstance(part, bool | int | float) for part in value)
 
 
-def _newest(arrivals: Any) -> Callable[[], Any]:
-    """Return a function that reads the newest message, and decodes each message only once."""
+def _newest(arrivals: Any) -> Reading:
+    """Return the reading of the newest message; its numbers are read without decoding the message, where this is possible."""
     decoded = lru_cache(maxsize=1)(lambda received: arrivals.latest)
 
-    def read() -> Any:
-        message = decoded(arrivals.received)
-        if message is None:
-            raise NoValueError
-        return message
+    def field(path: str) -> Reading | None:
+        number = number_reader(arrivals.type, path, arrivals.definitions)
+        if number is None:
+            return None
 
-    return read
+        def read() -> float | None:
+            data = arrivals.latest_data
+            return None if data is None else number(data)
+
+        return Reading(read, arrives=True)
+
+    return Reading(lambda: decoded(arrivals.received), "other", field, arrives=True)
 
 
 def _tilt(orientation: Sequence[float]) -> float:
     x, y, _, _ = orientation
     return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-
-
-def _end(place: Place, pose: Callable[[str], Reading]) -> Callable[[], Sequence[float]]:
-    """Return the function that reads the position of a body, m; that of a point is constant.
-
-    Raises:
-        UsageError: the point does not have two or three finite numbers.
-    """
-    if isinstance(place, str):
-        read = pose(place).read
-        return lambda: read().position
-    numbers = [float(part) for part in place]
-    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        raise UsageError(f"a point has two or three finite numbers, got {place!r}")
-    return lambda: numbers
 
 
 @lru_cache(maxsize=1000)
@@ -237,12 +263,10 @@ class _Arrivals(ReadingState):
         """Restart at the current time."""
         self._tick, self._value = -1, None
 
-    def __call__(self) -> float:
-        if self._source.tick != self._tick:
+    def __call__(self) -> float | None:
+        if (tick := self._source.tick) != self._tick:
             new, self._last = self._arrivals.received - self._last, self._arrivals.received
-            self._tick, self._value = self._source.tick, self._read(new)
-        if self._value is None:
-            raise NoValueError
+            self._tick, self._value = tick, self._read(new)
         return self._value
 
     @abstractmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,7 @@ class TouchedGeoms(Handle["SimulationCore"]):
 
     Attributes:
         geoms: ids of the geoms, in order of the first contact.
+        named: a former value of `geoms`, and the names of the bodies that have these geoms.
     """
 
     sees_steps = True
@@ -45,25 +46,45 @@ class TouchedGeoms(Handle["SimulationCore"]):
         model = self._simulation.model
         self._is_own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
         self._own = self._is_own.tolist()
+        self._views: dict[int, tuple[Any, Any, Any]] = {}
+        """Views of MuJoCo's contacts, whose address is constant, for each number of contacts: geoms, pairs of geoms, distances (m)."""
+        self._seen = b""
+        """Pairs of geoms at the last step if all of them touched; empty at the first step of a tick."""
+        self.named: tuple[tuple[int, ...], tuple[str, ...]] = (), ()
         self.geoms.clear()
 
     def reset(self) -> None:
         """Discard the geoms touched so far."""
         self.geoms.clear()
 
+    def restore(self, saved: Any) -> None:
+        """Restore the geoms."""
+        super().restore(saved)
+        self._seen = b""
+
     def see_motion(self) -> None:
         """Add the geoms that touch the entity after a physics step."""
-        if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
+        if self._simulation.in_first_step:
             self.geoms.clear()
+            self._seen = b""
         if self._simulation.data.ncon:
             self._collect()
 
     def _collect(self) -> None:
-        contact = self._simulation.data.contact
-        pairs, distances, own = contact.geom, contact.dist, self._own
-        if len(pairs) > _FEW:
-            near = self._is_own[pairs].any(axis=1)
-            pairs, distances = pairs[near], distances[near]
-        for (one, other), distance in zip(pairs.tolist(), distances.tolist(), strict=True):
+        data = self._simulation.data
+        count = data.ncon
+        if count not in self._views:
+            geoms = data.contact.geom
+            self._views[count] = geoms, geoms.view(np.int64), data.contact.dist
+        geoms, pairs, distances = self._views[count]
+        seen, closed = pairs.tobytes(), max(distances.tolist(), default=0.0) < 0.0
+        if closed and seen == self._seen:
+            return
+        self._seen = seen if closed else b""
+        if count > _FEW:
+            near = self._is_own[geoms].any(axis=1)
+            geoms, distances = geoms[near], distances[near]
+        own = self._own
+        for (one, other), distance in zip(geoms.tolist(), distances.tolist(), strict=True):
             if distance < 0.0 and one >= 0 and other >= 0 and own[one] != own[other]:
                 self.geoms[other if own[one] else one] = None
