@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -18,6 +18,8 @@ from graphengine.format.stateful import Stateful
 from graphengine.format.wording import printable, shown
 from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, compiled
 
+Shared = tuple[str, Callable[[], Any]]
+"""A unique name and a function: a value that several readings share, which is read once per tick."""
 Kind = Literal["number", "vector", "other"]
 """`number` is a bool, int or float, `vector` a tuple or a one-dimensional array of numbers."""
 
@@ -35,20 +37,28 @@ class Reading:
     """A value of the session that an expression reads.
 
     Attributes:
-        read: returns the current value; None if there is no value yet, for example because no message has arrived on a topic.
+        read: returns the current value, given the values of `of`; None if there is no value yet, for example because no message
+            has arrived on a topic.
         kind: kind of the value.
         field: returns the reading of a number or vector in a record, given its path such as `twist.linear.x`; None if the record
             does not have it.
         state: state between ticks; None for a reading without state.
         arrives: whether the value depends on the messages since the reading was made: it may be missing, and conditions do not
             share it.
+        of: values from which the value is computed.
     """
 
-    read: Callable[[], Any]
+    read: Callable[..., Any]
     kind: Kind = "number"
     field: Callable[[str], Reading | None] = lambda path: None
     state: ReadingState | None = None
     arrives: bool = False
+    of: Sequence[Shared] = ()
+
+    @property
+    def value(self) -> Any:
+        """The current value, or None."""
+        return self.read(*(read() for _, read in self.of))
 
 
 Readings = Mapping[str, Callable[..., Reading]]
@@ -133,7 +143,7 @@ class Expression:
 
     def values(self) -> dict[str, Any]:
         """Return the current value of each reading that has one, by the text of the reading in the expression."""
-        found = {text: reading.read() for text, reading in self.bound.values()}
+        found = {text: reading.value for text, reading in self.bound.values()}
         return {text: value for text, value in found.items() if value is not None}
 
 

@@ -7,19 +7,19 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
 from functools import lru_cache
-from typing import Any, ClassVar, Protocol, TypeVar
+from operator import itemgetter
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Kind, Reading, Readings, ReadingState
+from graphengine.api.expectations.conditions import Kind, Reading, Readings, ReadingState, Shared
 from graphengine.api.expectations.operators import TIME_ERROR
 from graphengine.api.session import Session
-from graphengine.devices.motion import Body, Frame
+from graphengine.devices.backend import World
+from graphengine.devices.rotation import Pose
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 from graphengine.messages.field_reader import number_reader
-
-F = TypeVar("F", bound=Frame)
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
@@ -77,54 +77,61 @@ def readings_of(session: Session) -> Readings:
     """
     runner = session._runner
 
+    def world() -> World:
+        return runner.session.services.world
+
     def port(address: str) -> Reading:
         value = session.value(address)
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
         return Reading(lambda: session._port_value(address), kind)
 
-    def frame_of(body: str) -> Callable[[], Frame]:
+    def frame(place: Place) -> Shared:
+        """Return the pose of a body, or the position of a point."""
+        if not isinstance(place, str):
+            numbers = [float(part) for part in place]
+            if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+                raise UsageError(f"a point has two or three finite numbers, got {place!r}")
+            return f"point {numbers}", lambda: (numbers,)
+        find = session.body(place).find
+        handle = world().frame(find())
+
+        def read() -> Any:
+            nonlocal handle
+            if handle.released:
+                handle = world().frame(find())
+            return handle.pose()
+
+        return f"pose of {place}", read
+
+    def motion(body: str) -> Shared:
+        """Return the velocity of a body."""
         find = session.body(body).find
-        return _tracked(lambda: runner.session.services.world.frame(find()))
+        handle = world().body(find())
+
+        def read() -> Any:
+            nonlocal handle
+            if handle.released:
+                handle = world().body(find())
+            return handle.velocity()
+
+        return f"velocity of {body}", read
 
     def pose(body: str) -> Reading:
-        found, frame = session.body(body), frame_of(body)
-        fields = {
-            "position": Reading(lambda: frame().pose()[0], "vector"),
-            "orientation": Reading(lambda: frame().pose()[1], "vector"),
-        }
+        found, of = session.body(body), (frame(body),)
+        fields = {name: Reading(itemgetter(index), "vector", of=of) for index, name in enumerate(("position", "orientation"))}
         return Reading(lambda: found.pose, "other", fields.get)
 
     def velocity(body: str) -> Reading:
-        found = session.body(body)
-        rigid: Callable[[], Body] = _tracked(lambda: runner.session.services.world.body(found.find()))
-        fields = {
-            "linear": Reading(lambda: rigid().velocity()[0], "vector"),
-            "angular": Reading(lambda: rigid().velocity()[1], "vector"),
-        }
+        found, of = session.body(body), (motion(body),)
+        fields = {name: Reading(itemgetter(index), "vector", of=of) for index, name in enumerate(("linear", "angular"))}
         return Reading(lambda: found.velocity, "other", fields.get)
 
     def tilt(body: str) -> Reading:
-        frame = frame_of(body)
-        return Reading(lambda: _tilt(frame().pose()[1]))
-
-    def position(place: Place) -> Callable[[], Sequence[float]]:
-        """Return the function that reads the position of a body, m; that of a point is constant.
-
-        Raises:
-            UsageError: the point does not have two or three finite numbers.
-        """
-        if isinstance(place, str):
-            frame = frame_of(place)
-            return lambda: frame().pose()[0]
-        numbers = [float(part) for part in place]
-        if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-            raise UsageError(f"a point has two or three finite numbers, got {place!r}")
-        return lambda: numbers
+        return Reading(_tilt, of=(frame(body),))
 
     def distance(one: Place, other: Place) -> Reading:
-        first, second = position(one), position(other)
         size = 2 if any(not isinstance(place, str) and len(place) == 2 for place in (one, other)) else 3
-        return Reading(lambda: math.dist(first()[:size], second()[:size]))
+        return Reading(lambda a, b: math.dist(a[0][:size], b[0][:size]), of=(frame(one), frame(other)))
 
     def clearance(body: str, other: str = "*") -> Reading:
         found = session.body(body)
@@ -148,7 +155,7 @@ def readings_of(session: Session) -> Readings:
         def matched(names: tuple[str, ...]) -> bool:
             return any(_matches(name, other) and not _matches(name, but) for name in names)
 
-        return Reading(lambda: matched(runner.session.services.world.entities.touched(body)))
+        return Reading(matched, of=((f"contacts of {body}", lambda: world().entities.touched(body)),))
 
     return {
         **topic_readings(SessionSource(session)),
@@ -199,19 +206,6 @@ def _reading(arrivals: _Arrivals) -> Reading:
     return Reading(arrivals, state=arrivals, arrives=True)
 
 
-def _tracked(find: Callable[[], F]) -> Callable[[], F]:
-    """Return a function that returns a handle, and finds it again after its prim was removed or its world was closed."""
-    handle: F | None = None
-
-    def current() -> F:
-        nonlocal handle
-        if handle is None or handle.released:
-            handle = find()
-        return handle
-
-    return current
-
-
 def _is_vector(value: Any) -> bool:
     if isinstance(value, np.ndarray):
         return value.ndim == 1 and value.dtype.kind in "biuf"
@@ -236,8 +230,8 @@ def _newest(arrivals: Any) -> Reading:
     return Reading(lambda: decoded(arrivals.received), "other", field, arrives=True)
 
 
-def _tilt(orientation: Sequence[float]) -> float:
-    x, y, _, _ = orientation
+def _tilt(pose: Pose) -> float:
+    _, (x, y, _, _) = pose
     return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
 
 

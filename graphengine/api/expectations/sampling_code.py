@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from graphengine.api.expectations.comparisons import COMPARISONS, certain, compared, unordered
+from graphengine.api.expectations.comparisons import COMPARISONS, compared, unordered
 from graphengine.sandbox.expressions import FUNCTIONS, Guard, compiled
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class SamplingCode:
         self._arriving: dict[str, None] = {}
         """Variables of the current expression that are None while no message has arrived."""
         self._expression: Expression
-        self.names: dict[str, Any] = {**FUNCTIONS, "_certain": certain, "_compared": compared, "_unordered": unordered}
+        self.names: dict[str, Any] = {**FUNCTIONS, "_compared": compared, "_unordered": unordered}
         """Global names of the function."""
 
     def add(self, expression: Expression) -> list[str]:
@@ -106,7 +106,7 @@ class SamplingCode:
                 self._lines.append(f"{one}, {margin} = _compared({operators}, {values})")
                 return one, margin
         one = self._let(f"bool({self.value(node)})")
-        return one, self._let(f"_certain({one})")
+        return one, self._let(f"inf if {one} else -inf")
 
     def value(self, node: ast.expr) -> str:
         """Add an operand, and return its variable: plain Python computes it if it consists of numbers, else the guard."""
@@ -172,11 +172,18 @@ class SamplingCode:
     def _variable(self, reading: Reading, text: str) -> str:
         """Return the variable of a reading; all conditions share it unless its value depends on the messages since it was made."""
         key = (text, id(self._expression)) if reading.arrives else text
+        for name, read in reading.of:
+            self._read((name, "shared"), read)
+        variable = self._read(key, reading.read, *(self._variables[name, "shared"] for name, _ in reading.of))
+        if reading.arrives:
+            self._arriving[variable] = None
+        return variable
+
+    def _read(self, key: object, read: Callable[..., Any], *arguments: str) -> str:
+        """Return the variable of a value; at the first call, add the statement that reads it."""
         if key not in self._variables:
             self._variables[key] = self._name()
-            self._reads.append(f"{self._variables[key]} = {self.constant(reading.read)}()")
-        if reading.arrives:
-            self._arriving[self._variables[key]] = None
+            self._reads.append(f"{self._variables[key]} = {self.constant(read)}({', '.join(arguments)})")
         return self._variables[key]
 
     def _name(self) -> str:

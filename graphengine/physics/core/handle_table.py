@@ -73,11 +73,13 @@ class HandleTable:
 
     Attributes:
         watching: handles whose `sees_steps` is true.
+        feeling: those of `watching` that observe contact forces.
     """
 
     def __init__(self, simulation: object) -> None:
         self._simulation = simulation
         self.watching: list[Handle[Any]] = []
+        self.feeling: list[Handle[Any]] = []
         self._handles: dict[tuple[type[Handle[Any]], str], Handle[Any]] = {}
 
     def find(self, kind: type[H], prim: Prim, **options: Any) -> H:
@@ -138,3 +140,4 @@ class HandleTable:
 
     def _changed(self) -> None:
         self.watching = [handle for handle in self._handles.values() if handle.sees_steps]
+        self.feeling = [handle for handle in self.watching if type(handle).see_forces is not Handle.see_forces]
