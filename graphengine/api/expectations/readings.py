@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from operator import itemgetter
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -202,8 +201,8 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
     }
 
 
-def _reading(arrivals: _Arrivals) -> Reading:
-    return Reading(arrivals, state=arrivals, arrives=True)
+def _reading(state: _Age | _Rate) -> Reading:
+    return Reading(state, state=state, arrives=True)
 
 
 def _is_vector(value: Any) -> bool:
@@ -240,43 +239,29 @@ def _matches(name: str, pattern: str) -> bool:
     return fnmatchcase(f"/World/{name}" if pattern.startswith("/") else name, pattern)
 
 
-class _Arrivals(ReadingState):
-    """A number that is computed once per tick from the messages that arrive on a topic."""
+class _Age(ReadingState):
+    """The largest age of the messages that arrive in a tick, s; None in ticks without messages."""
 
-    kept: ClassVar[tuple[str, ...]] = ("_tick", "_value")
+    kept = ("_tick", "_value")
 
-    def __init__(self, source: Source, topic: str) -> None:
+    def __init__(self, source: Source, topic: str, epoch: int) -> None:
         self._source = source
         self._arrivals = source.subscribe(topic, keep=KEPT)
+        self._topic, self._epoch = topic, divmod(epoch, 10**9)
         self._last = 0
         """Number of messages that had arrived at the last reading."""
-        self._tick = -1
-        self._value: float | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Restart at the current time."""
-        self._tick, self._value = -1, None
+        self._tick = -1
+        self._value: float | None = None
 
     def __call__(self) -> float | None:
         if (tick := self._source.tick) != self._tick:
             new, self._last = self._arrivals.received - self._last, self._arrivals.received
-            self._tick, self._value = tick, self._read(new)
+            self._tick, self._value = tick, max(map(self._age, self._arrivals.newest(new) if new else ()), default=None)
         return self._value
-
-    @abstractmethod
-    def _read(self, new: int) -> float | None:
-        """Return the value in this tick, in which `new` messages have arrived; None in ticks without a value."""
-
-
-class _Age(_Arrivals):
-    """The largest age of the messages that arrive in a tick, s."""
-
-    def __init__(self, source: Source, topic: str, epoch: int) -> None:
-        super().__init__(source, topic)
-        self._topic, self._epoch = topic, divmod(epoch, 10**9)
-
-    def _read(self, new: int) -> float | None:
-        return max((self._age(message) for message in self._arrivals.newest(new)), default=None)
 
     def _age(self, message: Any) -> float:
         if not hasattr(message, "header"):
@@ -285,28 +270,43 @@ class _Age(_Arrivals):
         return float(self._source.time + (seconds - stamp.sec) + 1e-9 * (nanoseconds - stamp.nanosec))
 
 
-class _Rate(_Arrivals):
-    """The mean rate of messages in successive intervals of equal duration, Hz; each interval includes its end."""
+class _Rate(ReadingState):
+    """The mean rate of messages in successive intervals of equal duration, Hz; each interval includes its end.
 
-    kept = (*_Arrivals.kept, "_begin", "_count")
+    The value is None before the end of the first interval and between two ends.
+    """
+
+    kept = ("_begin", "_count", "_value")
 
     def __init__(self, source: Source, topic: str, over: float) -> None:
         if not 0.0 < over < math.inf:
             raise UsageError(f"rate: expected an interval of more than 0 s, got {over!r}")
-        super().__init__(source, topic)
-        self._over, self._begin, self._count = over, source.time, 0
+        self._source, self._over = source, over
+        self._arrivals = source.subscribe(topic, keep=1)
+        self.reset()
 
     def reset(self) -> None:
         """Restart at the current time."""
-        super().reset()
         self._begin, self._count = self._source.time, 0
+        self._value: float | None = None
 
-    def _read(self, new: int) -> float | None:
-        elapsed = self._source.time - self._begin
+    @property
+    def _count(self) -> int:
+        """Number of messages that have arrived in the present interval."""
+        return int(self._arrivals.received) - self._before
+
+    @_count.setter
+    def _count(self, count: int) -> None:
+        self._before = int(self._arrivals.received) - count
+
+    def __call__(self) -> float | None:
+        time = self._source.time
+        elapsed = time - self._begin
         if elapsed <= 0.0:
-            return None
-        self._count += new
+            if self._value is None:
+                self._count = 0  # an interval does not include its beginning
+            return self._value
         if elapsed < self._over - TIME_ERROR:
             return None
-        rate, self._count, self._begin = self._count / elapsed, 0, self._source.time
-        return rate
+        self._begin, self._value, self._count = time, self._count / elapsed, 0
+        return self._value
