@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
 from graphengine.api.calls import Goal, ServiceCall, call_service
-from graphengine.api.expecting import Check
+from graphengine.api.checks import Check
 from graphengine.api.guards import acting, reading
 from graphengine.api.output_digest import OutputDigest
 from graphengine.api.runner import AfterTick, Runner
@@ -63,6 +63,9 @@ class Session(SessionWorld):
         Raises:
             UsageError: no port or several ports match the address.
         """
+        return self._port_value(address)
+
+    def _port_value(self, address: str) -> Any:
         graphs = self._runner.session.graphs
         if self._graphs is not graphs:
             self._graphs, self._ports = graphs, {}
@@ -149,7 +152,8 @@ class Session(SessionWorld):
     @acting
     def _judge(self, begin: Sequence[Callable[[Session], Check]]) -> None:
         checks = [start(self) for start in begin]
-        self._runner.after_ticks.update(dict(zip(checks, checks, strict=True)))
+        for check in checks:
+            check.begin(self._runner.after_ticks)
         self._checks.extend(checks)
 
     @reading
@@ -207,7 +211,7 @@ class Session(SessionWorld):
         for check in self._checks:
             if not self._runner.cut_short:
                 check.end()
-            self._runner.after_ticks.pop(check, None)
+            check.stop(self._runner.after_ticks)
 
     # Measurements
 

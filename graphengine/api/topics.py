@@ -33,13 +33,14 @@ class Subscription(Generic[M]):
     Attributes:
         topic: full name of the topic.
         type: message type, such as `nav_msgs/msg/Odometry`.
+        definitions: definitions of the message type and of its fields.
     """
 
     def __init__(self, runner: Runner, topic: str, type: MessageType, keep: int) -> None:
         if keep < 1:
             raise UsageError(f"keep: expected at least 1 message, got {keep}")
         self.topic, transport, claims, self.type = find_end(runner, topic, type, ("publish", "subscribe"))
-        self._definitions = runner.scene.definitions
+        self.definitions = runner.scene.definitions
         self._kept: deque[bytes] = deque(maxlen=keep)
         self._arrived = 0
         offered = [settled(claim.qos) for claim in claims if claim.direction == "publish"]
@@ -57,7 +58,7 @@ class Subscription(Generic[M]):
         self._arrived += 1
 
     def _decode(self, data: bytes) -> M:
-        message: M = messages.decode(data, self.type, self._definitions)
+        message: M = messages.decode(data, self.type, self.definitions)
         return message
 
     @property

@@ -193,6 +193,11 @@ class BodyStub(Shared):
         self.position, self.orientation, self.carrier = position, orientation, None
         self.linear = self.angular = (0.0, 0.0, 0.0)
 
+    @property
+    def released(self) -> bool:
+        """Whether the handle is no longer valid; always false."""
+        return False
+
     def velocity(self) -> tuple[Vector3, Vector3]:
         """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame."""
         if self.carrier is None:

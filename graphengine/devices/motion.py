@@ -23,6 +23,10 @@ class Frame(Protocol):
     def pose(self) -> tuple[Vector3, Quaternion]:
         """Return position (m) and orientation of the prim in the world frame."""
 
+    @property
+    def released(self) -> bool:
+        """Whether the handle is no longer valid, because its prim was removed or its world was closed."""
+
 
 class Body(Frame, Protocol):
     """A handle to the pose and velocity of a prim that is a rigid body or is fixed to one."""

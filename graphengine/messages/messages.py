@@ -49,8 +49,10 @@ if TYPE_CHECKING:
     TFMessage = ros2_jazzy.tf2_msgs__msg__TFMessage
 
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
-"""Range of times that a stamp can hold, s: its seconds are a signed 32-bit number. `_LATEST` itself is out of range."""
-_ENCAPSULATIONS = (b"\0\0", b"\0\1")
+"""Range of times that a stamp can hold, s: its seconds are a signed 32-bit number. `_LATEST` is out of range."""
+LITTLE_ENDIAN = b"\0\1"
+"""First two bytes of a CDR message in little endian."""
+_ENCAPSULATIONS = (b"\0\0", LITTLE_ENDIAN)
 """First two bytes of a CDR message in big endian and in little endian."""
 
 

@@ -126,7 +126,7 @@ class SimulationCore(SimulationModel):
         self.steps += 1
         try:
             mujoco.mj_step2(self.model, self.data)
-            for handle in self.handles.watching:
+            for handle in self.handles.feeling:
                 handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces are not computed yet
             for body in self.held.values():
                 body.hold()

@@ -6,7 +6,7 @@ An entity is a topmost body with all bodies below it; a robot whose root link is
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -56,8 +56,8 @@ class MujocoEntities:
         self._simulation = simulation
         self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
         """Cached result of `_find_owners`, and the model for which it is valid."""
-        self._touching: tuple[mujoco.MjModel | None, dict[str, TouchedGeoms]] = None, {}
-        """The model, and for its entities the handles that `touched` reads, by name."""
+        self._touched: dict[str, TouchedGeoms] = {}
+        """The handles that `touched` reads, by the name of the entity."""
 
     def all(self) -> list[Entity]:
         """Return robots in the order of the stage, then the world's own bodies."""
@@ -205,14 +205,15 @@ class MujocoEntities:
         found = touching(self._simulation.model, self._simulation.data, self._find_owners())
         return {name: Overlap(self._owner(geom), depth) for name, (depth, geom) in found.items()}
 
-    def touched(self, name: str) -> list[str]:
+    def touched(self, name: str) -> Sequence[str]:
         """Return the names of all bodies that an entity touched in this tick; see `devices.backend.Entities`."""
-        if self._touching[0] is not self._simulation.model:
-            self._touching = self._simulation.model, {}
-        known = self._touching[1]
-        if name not in known:
-            known[name] = self._simulation.handles.find(TouchedGeoms, self._find(name))
-        return list(dict.fromkeys(map(self._owner, known[name].geoms)))
+        handle = self._touched.get(name)
+        if handle is None or handle.released:
+            handle = self._touched[name] = self._simulation.handles.find(TouchedGeoms, self._find(name))
+        geoms = tuple(handle.geoms)
+        if geoms != handle.named[0]:
+            handle.named = geoms, tuple(dict.fromkeys(map(self._owner, geoms)))
+        return handle.named[1]
 
     def moving(self, speed: float) -> dict[str, list[str]]:
         """Return the entities of which a part moves, each with the names of all that it touches.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,7 @@ class TouchedGeoms(Handle["SimulationCore"]):
 
     Attributes:
         geoms: ids of the geoms, in order of the first contact.
+        named: a former value of `geoms`, and the names of the bodies that have these geoms.
     """
 
     sees_steps = True
@@ -38,13 +39,17 @@ class TouchedGeoms(Handle["SimulationCore"]):
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.geoms: dict[int, None] = {}
         super().__init__(simulation, prim)
-        self._collect()
+        self._collect(self._data.ncon)
 
     def bind(self) -> None:
         """Find the geoms of the entity; ids of an earlier model are discarded."""
-        model = self._simulation.model
+        model, self._data = self._simulation.model, self._simulation.data
         self._is_own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
-        self._own = self._is_own.tolist()
+        self._views: dict[int, tuple[Any, Any]] = {}
+        """Views of MuJoCo's contacts, whose address is constant, for each number of contacts: pairs of geoms, distances (m)."""
+        self._others: dict[int, int] = {}
+        """For each pair of geoms, the geom that is not of the entity; -1 if both are or none is."""
+        self.named: tuple[tuple[int, ...], tuple[str, ...]] = (), ()
         self.geoms.clear()
 
     def reset(self) -> None:
@@ -53,17 +58,32 @@ class TouchedGeoms(Handle["SimulationCore"]):
 
     def see_motion(self) -> None:
         """Add the geoms that touch the entity after a physics step."""
-        if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
+        simulation = self._simulation
+        if simulation.steps % simulation.substeps == 1 % simulation.substeps:
             self.geoms.clear()
-        if self._simulation.data.ncon:
-            self._collect()
+        if count := self._data.ncon:
+            self._collect(count)
 
-    def _collect(self) -> None:
-        contact = self._simulation.data.contact
-        pairs, distances, own = contact.geom, contact.dist, self._own
-        if len(pairs) > _FEW:
-            near = self._is_own[pairs].any(axis=1)
+    def _collect(self, count: int) -> None:
+        pairs, distances = self._views.get(count) or self._view(count)
+        if count > _FEW:
+            near = self._is_own[pairs.view(np.int32)].any(axis=1)
             pairs, distances = pairs[near], distances[near]
-        for (one, other), distance in zip(pairs.tolist(), distances.tolist(), strict=True):
-            if distance < 0.0 and one >= 0 and other >= 0 and own[one] != own[other]:
-                self.geoms[other if own[one] else one] = None
+        geoms, others = self.geoms, self._others
+        for index, (pair,) in enumerate(pairs.tolist()):
+            other = others.get(pair)
+            if other is None:
+                other = others[pair] = self._other(pair)
+            if other >= 0 and other not in geoms and distances[index] < 0.0:
+                geoms[other] = None
+
+    def _view(self, count: int) -> tuple[Any, Any]:
+        contact = self._data.contact
+        self._views[count] = contact.geom.view(np.int64), contact.dist
+        return self._views[count]
+
+    def _other(self, pair: int) -> int:
+        first, second = np.array([pair]).view(np.int32).tolist()
+        if first < 0 or second < 0 or self._is_own[first] == self._is_own[second]:
+            return -1
+        return int(second if self._is_own[first] else first)
