@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
-import operator
-from collections.abc import Collection, Set
+from collections.abc import Collection
 
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.routes import route_from, routes_of
@@ -14,7 +12,6 @@ _FIRM = 1e8
 """Inertia of a surface joint, kg or kg m2; it is so large that no contact changes the joint's velocity."""
 _MOVER = 1e6
 """Inertia of a mover's joint, kg or kg m2; with it, MuJoCo's tolerance is small enough for bodies from 10 g."""
-_UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 SUFFIX = ".surface"
 """Part of the name of a surface joint, between the body's name and the joint's number."""
 JOINTS = [
@@ -39,60 +36,18 @@ def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
         # The solver's tolerance is relative to the inertias in contact: it would stop too early for light bodies.
         spec.option.tolerance /= _FIRM
     joints |= {name: (_RISING if route.rises else FLAT, _MOVER) for name, route in routes.items()}
-    if joints:
-        _prevent_collisions(spec, joints.keys(), routes.keys())
+    for parts in _fixed_together(spec, joints.keys()) if joints else ():
+        for one, other in itertools.combinations(parts.values(), 2):
+            for first, second in itertools.product(one, other):
+                spec.add_exclude(bodyname1=first, bodyname2=second)
     for name, (kinds, inertia) in sorted(joints.items()):
-        body = spec.body(name)
-        if (
-            name in routes
-        ):  # without weight, which would pull a rising mover down; MuJoCo is faster with the mass at the origin
-            body.explicitinertial, body.mass, body.inertia, body.ipos, body.iquat = (
-                True,
-                1.0,
-                [1.0] * 3,
-                [0.0] * 3,
-                _UPRIGHT,
-            )
         for number, (kind, axis) in enumerate(kinds):
-            joint = body.add_joint(name=f"{name}{SUFFIX}{number}", type=kind, axis=axis, armature=inertia)
+            joint = spec.body(name).add_joint(name=f"{name}{SUFFIX}{number}", type=kind, axis=axis, armature=inertia)
             joint.limited, joint.frictionloss, joint.ref = mujoco.mjtLimited.mjLIMITED_FALSE, 0.0, 0.0
             joint.stiffness[:] = joint.damping[:] = 0.0  # whatever the world's defaults are
 
 
-def _prevent_collisions(spec: mujoco.MjSpec, carriers: Set[str], movers: Set[str]) -> None:
-    """Prevent collisions of belts and movers with bodies that are fixed to the same parent.
-
-    Movers get collision masks with a bit of their own, because MuJoCo searches the list of excluded pairs in each step. If all
-    bits are in use, they are excluded like belts.
-
-    Args:
-        spec: model.
-        carriers: names of all belts and movers.
-        movers: names of the movers.
-    """
-    groups, bit = _fixed_together(spec, carriers), _free_bit(spec) if movers else 0
-    for parts in groups:
-        apart = [bodies for name, bodies in parts.items() if not bit or name not in movers]
-        for one, other in itertools.combinations(apart, 2):
-            for first, second in itertools.product(one, other):
-                spec.add_exclude(bodyname1=first, bodyname2=second)
-    if not bit:
-        return
-    for geom in itertools.chain.from_iterable(spec.body(name).geoms for name in movers):
-        geom.contype, geom.conaffinity = bit, 0
-    for name in itertools.chain.from_iterable(bodies for parts in groups[1:] for bodies in parts.values()):
-        for geom in spec.body(name).geoms:
-            if (geom.contype | geom.conaffinity) & 1:
-                geom.conaffinity |= bit
-
-
-def _free_bit(spec: mujoco.MjSpec) -> int:
-    """Return the lowest bit that no collision mask of a model uses, as a mask; 0 if all are used."""
-    used = functools.reduce(operator.or_, (geom.contype | geom.conaffinity for geom in spec.geoms), 1)
-    return next((1 << bit for bit in range(31) if not used & 1 << bit), 0)
-
-
-def _fixed_together(spec: mujoco.MjSpec, belts: Set[str]) -> list[dict[str, list[str]]]:
+def _fixed_together(spec: mujoco.MjSpec, belts: Collection[str]) -> list[dict[str, list[str]]]:
     """Return the bodies of a model in groups that are rigidly fixed together, and within a group by the belt that carries them.
 
     A group maps the name of each belt to the names of the belt and of all bodies fixed to it; the key "" has the bodies that no

@@ -115,13 +115,9 @@ def test_a_heavy_load_slows_a_lift_by_less_than_a_thousandth(project: Project) -
     assert place(simulation, "lift")[2] == pytest.approx(0.5 * 100 / 60, abs=1e-6)
 
 
-@pytest.mark.parametrize("bits", [1, 2**31 - 1])
-def test_a_mover_passes_through_walls_and_pushes_crates_even_if_all_collision_bits_are_in_use(
-    project: Project, bits: int
-) -> None:
-    wall = f'<body name="wall" pos="0 0 1"><geom type="box" size=".5 2 1" contype="{bits}"/></body>'
+def test_a_mover_passes_through_walls_and_pushes_crates(project: Project) -> None:
     truck = "truck: {shape: forklift, path: [[-5, 0], [5, 0]], speed: 1}"
-    simulation = loaded(project, truck, wall, FREE.format("crate", "3 0 0.2", ".2 .2 .2")).simulation
+    simulation = loaded(project, truck, RACK, FREE.format("crate", "3 0 0.2", ".2 .2 .2")).simulation
     ticks(simulation, 700)
     assert place(simulation, "truck")[:3] == pytest.approx((5.0, 0.0, 0.0), abs=1e-6)
     assert place(simulation, "crate")[0] > 5.4
