@@ -226,7 +226,7 @@ class SimulationCore(SimulationModel):
             self._mounts.carry_over(model)
             self.rebind(model, initial_data(model, self.stage))
         super().restore(saved.counts)
-        self.movers.due = 0
+        self.movers.schedule(self.steps, self.seed)
         self.model.opt.gravity = saved.gravity
         self._frictions.put_back(self.model)
         self._lights.put_back(self.model)

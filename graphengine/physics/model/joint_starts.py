@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing
 
 
-def check_keyframe(name: str, description: RobotDescription, span: Span | None, findings: Findings) -> None:
-    """Add an error if a robot does not have the keyframe."""
-    known = description.keyframes
-    if name not in known:
-        near = did_you_mean(name, known) or listing(known, "keyframes")
-        findings.add("S104", f"the robot has no keyframe {name!r}", span, near)
+def check_known(kind: str, name: str, legal: Iterable[str], span: Span | None, findings: Findings) -> None:
+    """Add an error if a name is not one of the legal names; `kind` says in the message whose name it is, such as "link"."""
+    names = list(legal)
+    if name not in names:
+        near = did_you_mean(name, names) or listing(names, f"{kind}s")
+        findings.add("S104", f"the robot has no {kind} {name!r}", span, near)
 
 
 def check_starts(
@@ -34,8 +34,7 @@ def check_starts(
     for name, (start, span) in starts.items():
         joint = description.joints.get(name)
         if joint is None:
-            near = did_you_mean(name, description.joints) or listing(description.joints, "joints")
-            findings.add("S104", f"the robot has no joint {name!r}", span, near)
+            check_known("joint", name, description.joints, span, findings)
         elif not joint.moves or name in disabled:
             findings.add("S104", f"joint {name!r} does not move, so it cannot have a start position", span)
         elif joint.mimic is not None:

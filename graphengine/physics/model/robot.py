@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from graphengine.descriptions.actuators.drives import Drive, drive_of, in_si
@@ -18,10 +18,10 @@ from graphengine.descriptions.urdf.urdf_writer import description_text
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import listing
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_disabling import Disabled, disable_joints
-from graphengine.physics.model.joint_starts import check_keyframe, check_starts
+from graphengine.physics.model.joint_starts import check_known, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
@@ -193,13 +193,6 @@ def load_robot(
     )
 
 
-def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:
-    names = list(legal)
-    if name not in names:
-        near = did_you_mean(name, names) or listing(names, f"{what}s")
-        findings.add("S104", f"the robot has no {what} {name!r}", span, near)
-
-
 def _check_names(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     spec = file.spec
     if spec.base_link != description.root:
@@ -211,24 +204,24 @@ def _check_names(file: RobotFile, description: RobotDescription, findings: Findi
             f"write base_link: {description.root}",
         )
     if spec.articulation_root:
-        _known("link", spec.articulation_root, description.links, file.span("articulation_root"), findings)
+        check_known("link", spec.articulation_root, description.links, file.span("articulation_root"), findings)
     for link in spec.links:
-        _known("link", link, description.links, file.key_span("links", link), findings)
+        check_known("link", link, description.links, file.key_span("links", link), findings)
     for joint in spec.joints:
-        _known("joint", joint, description.joints, file.key_span("joints", joint), findings)
+        check_known("joint", joint, description.joints, file.key_span("joints", joint), findings)
     for index, joint in enumerate(spec.keep_only_joints):
-        _known("joint", joint, description.joints, file.span("keep_only_joints", index), findings)
+        check_known("joint", joint, description.joints, file.span("keep_only_joints", index), findings)
     for link in spec.wheel_colliders:
-        _known("link", link, description.links, file.key_span("wheel_colliders", link), findings)
+        check_known("link", link, description.links, file.key_span("wheel_colliders", link), findings)
     bound: dict[str, Span] = {}
     for name, material in spec.materials.items():
         if material.expressed_in:
-            _known(
+            check_known(
                 "link", material.expressed_in, description.links, file.span("materials", name, "expressed_in"), findings
             )
         for index, link in enumerate(material.bind):
             span = file.span("materials", name, "bind", index)
-            _known("link", link, description.links, span, findings)
+            check_known("link", link, description.links, span, findings)
             if link in bound:
                 findings.add("S105", f"link {link!r} has two materials", span, related=[(bound[link], "first here")])
             bound[link] = span
@@ -240,7 +233,7 @@ def _check_senses(
     """Add errors for links in `ignores` that do not exist, and for keys of rays in sensors that cast none."""
     for name, sensor in file.spec.sensors.items():
         for index, link in enumerate(sensor.ignores):
-            _known("link", link, description.links, file.span("sensors", name, "ignores", index), findings)
+            check_known("link", link, description.links, file.span("sensors", name, "ignores", index), findings)
         if name not in profiles or any(profile.casts_rays for profile in profiles[name].all_devices()):
             continue
         for key in ("sees_own_robot", "ignores"):
@@ -253,7 +246,7 @@ def _check_model(file: RobotFile, description: RobotDescription, findings: Findi
     """Add errors for an unknown start keyframe, and for keys that have no effect on a MuJoCo model."""
     spec = file.spec
     if spec.start:
-        check_keyframe(spec.start, description, file.span("start"), findings)
+        check_known("keyframe", spec.start, description.keyframes, file.span("start"), findings)
     if description.mjcf is None:
         return
     places = {key: file.key_span(key) for key in ("keep_only_joints", "self_collision") if getattr(spec, key)}

@@ -22,7 +22,7 @@ from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.model.fleet_expansion import RobotPlacement
-from graphengine.physics.model.joint_starts import check_keyframe, check_starts
+from graphengine.physics.model.joint_starts import check_known, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
@@ -98,9 +98,8 @@ class Scenery:
         """Check the start positions of a robot's joints in the scene, once for a fleet."""
         joints, document = placement.use.joints, self.scene.document
         if placement.use.start:
-            check_keyframe(
-                placement.use.start, robot.description, document.span("robots", placement.key, "start"), findings
-            )
+            span = document.span("robots", placement.key, "start")
+            check_known("keyframe", placement.use.start, robot.description.keyframes, span, findings)
         if joints and placement.key and placement.name in (placement.key, f"{placement.key}_0000"):
             at = ("robots", placement.key, "joints")
             starts = {name: (joint.start, document.span(*at, name, "start")) for name, joint in joints.items()}

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.descriptions.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, Bools, Floats, mujoco
-from graphengine.devices.rotation import Pose, rotate
+from graphengine.devices.rotation import Pose, Quaternion, rotate
 
 SKY = 0.7
 """Distance at which MuJoCo draws the sky, as a fraction of the far plane's distance; the sky hides objects behind it."""
@@ -21,6 +21,11 @@ SKY = 0.7
 SEEN = [group in (RAYS_AND_PICTURES, 1, PICTURES) for group in range(6)]
 """Whether images show the geoms of each geom group."""
 _ALL_BUT_DECORATION = mujoco.mjtCatBit.mjCAT_STATIC.value | mujoco.mjtCatBit.mjCAT_DYNAMIC.value
+
+
+def axes_of(turn: Quaternion) -> Floats:
+    """Return the axes of a rotated frame as rows (x, y, z) in the frame in which the rotation is given."""
+    return np.array([rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +82,7 @@ class Lens:
             centres: centres of the spheres, shape (n, 3), m.
             radii: radii of the spheres, m.
         """
-        place, turn = pose
-        right, up, back = (np.array(rotate(turn, axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+        place, (right, up, back) = pose[0], axes_of(pose[1])
         high, wide = self.half_height, self.half_height * self.size[0] / self.size[1]
         # Outward normals of the planes through the camera that bound what is in sight; the last one has it before the camera.
         normals = np.array([up + high * back, high * back - up, right + wide * back, wide * back - right, back])

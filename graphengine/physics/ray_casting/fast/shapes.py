@@ -8,6 +8,9 @@ from graphengine.physics.kernels.compiled import part
 from graphengine.physics.ray_casting.fast.directions import TINY, Vector, dot
 from graphengine.physics.ray_casting.fast.table import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
 
+_CLEAR = 1e-9
+"""How far below 0 a discriminant must be for a ray to miss an endless cylinder despite rounding, m2."""
+
 
 @part
 def distance_to(kind: int, size: Vector, start: Vector, way: Vector) -> float:
@@ -76,11 +79,16 @@ def _plane(size: Vector, start: Vector, way: Vector) -> float:
 @part
 def _side(size: Vector, start: Vector, way: Vector) -> float:
     """Return the distance along a ray to the round side of a cylinder whose `size` is radius and half height."""
+    distance = _first(*_roots(*_flat(size, start, way)))
+    return distance if abs(start[2] + distance * way[2]) <= size[1] else math.inf
+
+
+@part
+def _flat(size: Vector, start: Vector, way: Vector) -> Vector:
+    """Return the coefficients for `_roots` of a ray and the round side of an endless cylinder; `size` begins with its radius."""
     across = way[0] * way[0] + way[1] * way[1]
     towards = way[0] * start[0] + way[1] * start[1]
-    outside = start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
-    distance = _first(*_roots(across, towards, outside))
-    return distance if abs(start[2] + distance * way[2]) <= size[1] else math.inf
+    return across, towards, start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
 
 
 @part
@@ -97,6 +105,9 @@ def _cylinder(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _capsule(size: Vector, start: Vector, way: Vector) -> float:
+    across, towards, outside = _flat(size, start, way)
+    if towards * towards - across * outside < -_CLEAR:  # far from the endless cylinder that contains the capsule
+        return math.inf
     distance = _side(size, start, way)
     for end in (-1.0, 1.0):
         centre = (start[0], start[1], start[2] - end * size[1])
