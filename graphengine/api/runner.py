@@ -113,6 +113,7 @@ class Runner:
                 fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
+            self.session.edits = options.edit
             self.session.queue, self.session.gate = self.queue, gate.opens
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)

@@ -39,6 +39,7 @@ EXAMPLES = """examples:
   graphrun ctl reset-robot arm --joints shoulder=0.5
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl set DiffController.maxLinearSpeed=0.5
+  graphrun ctl save DiffController.maxLinearSpeed=0.5
   graphrun ctl reset --scope state
   graphrun ctl checkpoint before         save the state, for:
   graphrun ctl restore before
@@ -50,7 +51,7 @@ rad, or in degrees when written as 90deg."""
 
 POLL = 0.1
 """Wall time between two requests for the address of a page that is starting, s."""
-_ANSWERS = ("clearance", "topics", "view", "why")
+_ANSWERS = ("clearance", "place", "redo", "save", "topics", "undo", "view", "why")
 """Commands whose answer is printed instead of the state of the run."""
 SCOPES = ("time", "state", "spawned", "all")
 
@@ -108,6 +109,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     put = add("set", "set an input of a node", make=_set)
     values = "unwired input, [ROBOT/][GRAPH/]NODE.PORT, and its new value; globs allowed"
     add_value(put, "input", "NODE.PORT=VALUE", values)
+    written = "write the value of an input into the file that sets it, and reload; the run needs --edit"
+    save = add("save", written, make=_save)
+    save.add_argument("input", metavar="NODE.PORT[=VALUE]", help="input without a wire (default: its present value)")
+    save.add_argument("--preview", action="store_const", const=True, help="print the change, and do not write it")
+    place = add("place", "write the position of a node in drawings into its graph file", "graph", "node", "position")
+    place.add_argument("graph", metavar="GRAPH", help="name of the graph, [ROBOT/]GRAPH")
+    place.add_argument("node", metavar="NODE", help="name of the node in the file")
+    place.add_argument("position", metavar="X,Y", type=vector(2), help="position in the key `layout`")
+    add("undo", "take back the newest change of `save` or `place`, and reload")
+    add("redo", "write the change that `undo` took back last, and reload")
     assign = add("assign", "set a variable of a graph", make=_assign)
     add_value(assign, "variable", "GRAPH.VARIABLE=VALUE", "variable to set, [ROBOT/]GRAPH.VARIABLE, and its new value")
     impulse = add("impulse", "trigger an OnImpulseEvent node", "node")
@@ -266,6 +277,15 @@ def _assign(given: argparse.Namespace) -> dict[str, Any]:
     return {"graph": graph, "variable": variable, "value": value}
 
 
+def _save(given: argparse.Namespace) -> dict[str, Any]:
+    address, value = parse_set(given.input, "") if "=" in given.input else (given.input, None)
+    return {
+        "address": address,
+        **({} if value is None else {"value": value}),
+        **({"preview": True} if given.preview else {}),
+    }
+
+
 def _set(given: argparse.Namespace) -> dict[str, Any]:
     address, value = parse_set(given.input, "")
     return {"address": address, "value": value}
@@ -293,7 +313,7 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     if arguments.command == "view":
         print(clean(told["page"]))
-    elif arguments.command == "reload":
+    elif arguments.command in ("place", "redo", "reload", "save", "undo"):
         print(clean(told["text"]))
     elif arguments.command == "topics":
         print(clean("\n".join(told["topics"])))

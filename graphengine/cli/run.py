@@ -84,6 +84,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " restarts the run at t = 0; if the changed files have errors, the run continues with the previous version"
     )
     add_flag(parser, "--watch", watch)
+    edit = (
+        "let `graphrun ctl save` and the web page write values of inputs and positions of nodes into the YAML files of the"
+        " scene's folder; not together with --view-host"
+    )
+    add_flag(parser, "--edit", edit)
     add_flag(parser, "--view", "serve a web page that shows and controls the run, and print its address")
     add_page_arguments(parser)
     add_flag(parser, "--view-read-only", "let the web page show the run, but not control it")
@@ -134,6 +139,8 @@ def execute(arguments: argparse.Namespace) -> int:
             raise UsageError(f"--record {error}") from None
     if arguments.foxglove_publish and arguments.foxglove is None:
         raise UsageError("--foxglove-publish needs --foxglove [HOST:]PORT")
+    if arguments.edit and arguments.view_host not in ("127.0.0.1", "::1"):
+        raise UsageError("--edit is only for pages on this machine: leave out --view-host")
     if arguments.ports and arguments.record is None and arguments.foxglove is None:
         raise UsageError("--ports needs --record FILE or --foxglove [HOST:]PORT")
     scene = open_scene(arguments)
@@ -152,6 +159,7 @@ def execute(arguments: argparse.Namespace) -> int:
         fault=console.fault,
         lockstep=read_lockstep(arguments.lockstep) if arguments.lockstep or arguments.no_lockstep else None,
         ports=arguments.ports,
+        edit=arguments.edit,
         patient=arguments.rate is not None and math.isinf(arguments.rate),
     )
     runner = start_runner(scene, options)

@@ -23,6 +23,7 @@ from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
 from graphengine.runtime.command import ChangeCommand, Command, EntityName, find_robot
+from graphengine.runtime.edit_commands import Place, Redo, Save, Undo
 from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, ResetRobot, Spawn
 from graphengine.runtime.fault_commands import Fault, Mend
 from graphengine.runtime.joint_command import JointCommand
@@ -308,7 +309,7 @@ class Quit(Command):
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, ResetRobot, Push)
 _KINDS += (JointCommand, Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance)
-_KINDS += (Fault, Mend, Topics, Why, View, Quit)
+_KINDS += (Save, Place, Undo, Redo, Fault, Mend, Topics, Why, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 

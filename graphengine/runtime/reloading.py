@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from graphengine.compiler.graph import Graph
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Signature, near
+from graphengine.runtime.addresses import NodePort
 
 MOST_NAMES = 4
 """Maximum number of names in one list of the summary of a reload."""
@@ -92,6 +94,33 @@ class Reloader:
         Raises:
             GraphError: physics or a node cannot start; the session continues unchanged.
         """
+
+    def propose_value(self, port: NodePort, value: Any) -> Any:
+        """Return the change of a file that writes a value of an input; see `scene.value_edits`.
+
+        Raises:
+            UsageError: the session was not loaded from files, or no file can be changed.
+        """
+        raise UsageError("the session was not loaded from files, so no value can be saved")
+
+    def propose_position(self, graph: Graph, node: str, at: Sequence[float]) -> Any:
+        """Return the change of a graph file that writes the position of a node in drawings.
+
+        Raises:
+            UsageError: the session was not loaded from files, or the file cannot be changed.
+        """
+        raise UsageError("the session was not loaded from files, so no position can be saved")
+
+    def write(self, change: Any) -> None:
+        """Write a proposed change, and reload."""
+
+    def undo(self) -> Any:
+        """Take back the newest change and return it."""
+        raise UsageError("the session was not loaded from files, so there is no change to undo")
+
+    def redo(self) -> Any:
+        """Write the change that was undone last, and return it."""
+        raise UsageError("the session was not loaded from files, so there is no undone change")
 
     def watched(self) -> Mapping[Path, Signature]:
         """Return each path to watch for changes, with the file's signature from before the reading. Thread-safe."""

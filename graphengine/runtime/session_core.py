@@ -52,6 +52,8 @@ class SessionCore(RunControl):
         self.reloader = Reloader()
         self.version = self._versions = 0
         """Number of the version of the files that the session runs."""
+        self.edits = False
+        """Whether commands may change the files of the session."""
         self.findings: tuple[str, ...] = ()
         """Errors that the last reload found in changed files, as text; empty if the session runs the current files. The web page
         and the terminal of the run show them."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graphengine.compiler.graph import Graph
 from graphengine.devices.backend import World
@@ -14,12 +14,14 @@ from graphengine.devices.stage import Stage
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files, Signature
 from graphengine.node.context.session_services import Services
+from graphengine.runtime.addresses import NodePort
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import Ticker
 from graphengine.scene.loaded_scene import LoadedScene
 from graphengine.scene.scene_roster import SceneRoster, begin
+from graphengine.scene.value_edits import Change, ValueEdits
 
 if TYPE_CHECKING:
     from graphengine.physics.loaded_world import LoadedWorld
@@ -56,6 +58,27 @@ class SceneReloader(Reloader):
         self._load_again, self._fault = load_again, fault
         self._read = files
         """The files that the last reload read, even if the reload failed; these files are watched for changes."""
+        self._edits = ValueEdits(session.reload)
+
+    def propose_value(self, port: NodePort, value: Any) -> Change:
+        """Return the change of a file that writes a value of an input."""
+        return self._edits.propose_value(self.scene, self._files, port, value)
+
+    def propose_position(self, graph: Graph, node: str, at: Sequence[float]) -> Change:
+        """Return the change of a graph file that writes the position of a node in drawings."""
+        return self._edits.propose_position(self.scene, self._files, graph, node, at)
+
+    def write(self, change: Change) -> None:
+        """Write a proposed change, and reload."""
+        self._edits.write(change)
+
+    def undo(self) -> Change:
+        """Take back the newest change and return it."""
+        return self._edits.undo()
+
+    def redo(self) -> Change:
+        """Write the change that was undone last, and return it."""
+        return self._edits.redo()
 
     def watched(self) -> Mapping[Path, Signature]:
         """Return the signature of each file that the last reload read or did not find, from before the reading. Thread-safe."""

@@ -117,7 +117,9 @@ def readings_of(session: Session) -> Readings:
 
     def pose(body: str) -> Reading:
         found, of = session.body(body), (frame(body),)
-        fields = {name: Reading(itemgetter(index), "vector", of=of) for index, name in enumerate(("position", "orientation"))}
+        fields = {
+            name: Reading(itemgetter(index), "vector", of=of) for index, name in enumerate(("position", "orientation"))
+        }
         return Reading(lambda: found.pose, "other", fields.get)
 
     def velocity(body: str) -> Reading:

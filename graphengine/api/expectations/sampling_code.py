@@ -93,7 +93,9 @@ class SamplingCode:
             case ast.UnaryOp(op=ast.Not()):
                 one, margin = self.sample(node.operand)
                 return self._let(f"not {one}"), self._let(f"-{margin}")
-            case ast.Compare(ops=[op]) if type(op) in _ORDERS and (sides := self._numbers(node.left, *node.comparators)):
+            case ast.Compare(ops=[op]) if type(op) in _ORDERS and (
+                sides := self._numbers(node.left, *node.comparators)
+            ):
                 symbol, order = _ORDERS[type(op)]
                 low, high = map(self._let, sides[::order])
                 one, margin = self._let(f"{low} {symbol} {high}"), self._let(f"{high} - {low}")
@@ -142,7 +144,9 @@ class SamplingCode:
                 return ("number", f"(({numbers[0]} * 1.0) ** {power})") if numbers else _OTHER
             case ast.BinOp() if type(node.op) in _OPERATORS and (numbers := self._numbers(node.left, node.right)):
                 return "number", f"({numbers[0]} {_OPERATORS[type(node.op)]} {numbers[1]})"
-            case ast.Call(func=ast.Name(id=name), keywords=[]) if name in _NUMERIC and (numbers := self._numbers(*node.args)):
+            case ast.Call(func=ast.Name(id=name), keywords=[]) if name in _NUMERIC and (
+                numbers := self._numbers(*node.args)
+            ):
                 return "number", f"{name}({', '.join(numbers)})"
             case ast.Call(func=ast.Name(id=name), keywords=[]) if name in _COLLECTIVE:
                 operands = [self._plain(argument) for argument in node.args]
