@@ -144,7 +144,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         return selection, robot.positions()[chosen]
 
     def goals(self, names: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-        """Return a dictionary with the joint positions of the open gripper (key `open`) and of the closed one (key `close`).
+        """Return a dict with the joint positions of the open gripper (key `open`) and of the closed gripper (key `close`).
 
         Raises:
             BadValueError: an array has the wrong length or a number is not finite; or the inputs give no positions, and a joint

@@ -9,6 +9,7 @@ import numpy as np
 from graphengine.devices.lidar import Lidar, Scan
 from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Buffer, Float, Float2, Floats, Int, Point3fs, Target, Token, UChars, UInt64
+from graphengine.nodes.point_metadata import metadata_ports
 
 
 def beams_of_a_ring(lidar: Lidar) -> int:
@@ -67,6 +68,7 @@ class BeamsNode(LidarNode):
 
 
 _NO_EFFECT = "no effect; in Isaac Sim it describes a buffer of the RTX renderer"
+_UNUSED = dict.fromkeys(("azimuth", "distance", "intensity"), ("", _NO_EFFECT))
 
 
 class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
@@ -83,15 +85,7 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
     data_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
     cuda_device_index: Int = In(default=-1, doc=_NO_EFFECT)
     buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
-    azimuth_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
-    azimuth_data_type: Float = In(default=4.0, doc=_NO_EFFECT)
-    azimuth_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
-    distance_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
-    distance_data_type: Float = In(default=4.0, doc=_NO_EFFECT)
-    distance_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
-    intensity_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
-    intensity_data_type: Float = In(default=0.0, doc=_NO_EFFECT)
-    intensity_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
+    vars().update(metadata_ports(In, _UNUSED, _NO_EFFECT, _NO_EFFECT))
     num_rows: Int = Out(default=1, doc="number of rings that are output; always 1")
     exec_out = ExecOut(name="exec", doc="fires once per lidar sample")
 

@@ -54,7 +54,7 @@ class Picture:
     segmentation: NDArray[np.int32] | None = None
     """Segmentation ID of the prim visible at each pixel, shape (height, width); 0 for no prim. None unless it was requested."""
     boxes: NDArray[np.void] | None = None
-    """BOX_3D records of all prims of finite size, also of those outside the image; None unless segmentation was requested."""
+    """BOX_3D records of all prims of finite size, inside and outside the image; None unless segmentation was requested."""
 
 
 class Camera(TickSensor, Protocol):

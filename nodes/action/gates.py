@@ -29,7 +29,7 @@ class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
 
 
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
-    """Fires one of `output0`, `output1`, … per execution, in turn, and starts again after the last one.
+    """Fires one of `output0`, `output1`, … per execution, in turn; after the last output, it starts again.
 
     Unwired outputs before the last wired output have their turns too; in the turn of an unwired output, nothing fires.
     """

@@ -39,7 +39,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
 
 
 class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", gated=True, counts=True):
-    """Fires at every `step`-th execution since play."""
+    """Fires at every n-th execution since play, where n is `step`."""
 
     exec_in = ExecIn()
     step: UInt = In(default=1, doc="executions per firing; 3: fires at the third, sixth, … execution; 0: never fires")

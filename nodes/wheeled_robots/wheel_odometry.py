@@ -334,7 +334,7 @@ _LEAST = {
     "heading_variance_by_distance": 0.0,
     "heading_variance_by_turn": 0.0,
 }
-"""Smallest legal values of inputs, by Python name; checked at each execution, because wires may set these inputs."""
+"""A dict from inputs to their smallest legal values, which each execution checks because wires may set these inputs."""
 _FIELDS = ComputeWheelOdometry.fields.values()
 _NUMBERS = tuple(port.field for port in _FIELDS if port.side == "inputs" and str(port.type).startswith("double"))
 _INPUTS = operator.attrgetter(*_NUMBERS, "velocity_window")

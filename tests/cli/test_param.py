@@ -57,7 +57,7 @@ def test_every_verb_prints_the_same_as_ros2_param(
     assert param("describe", NODE, LIMIT, "use_sim_time", code=0, err="").lines == [
         f"Parameter name: {LIMIT}",
         "  Type: double",
-        "  Description: largest speed of the base; 0 means no limit [m/s]",
+        "  Description: largest speed of the base; 0: no limit [m/s]",
         "  Constraints:",
         "    Additional constraints: ≥ 0",
         "Parameter name: use_sim_time",

@@ -159,7 +159,7 @@ def test_types_values_and_descriptors_are_those_of_the_ports(sim: Parameters) ->
     assert [sim.value(name) for name in names] == [1.5, 0.0, True, None]
     speed, limit, stamps, unknown = sim.to(BOT, "describe_parameters", names=names).descriptors
     assert (limit.name, limit.type) == (LIMIT, ParameterType.DOUBLE)
-    assert limit.description == "largest speed of the base; 0 means no limit [m/s]"
+    assert limit.description == "largest speed of the base; 0: no limit [m/s]"
     assert (speed.read_only, stamps.read_only, unknown.type) == (False, True, 0)
 
 
