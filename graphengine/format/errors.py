@@ -109,7 +109,7 @@ class ControlError(GraphError):
 
 
 class NodeError(GraphError):
-    """A node raised an exception, which is the `__cause__` of this one.
+    """A node raised an exception, which is the `__cause__` of the NodeError.
 
     Args:
         message: text with the exception, the node, its position in the file, its inputs and the tick.

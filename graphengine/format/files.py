@@ -166,7 +166,7 @@ class Files:
         return {path for path, before in self.noted().items() if signature(path) != before}
 
     def links(self) -> Iterator[Path]:
-        """Yield the symbolic links in installed ROS packages; the target of such a link may be read wherever it is."""
+        """Yield the symbolic links in installed ROS packages; each target may be read, even outside of the allowed folders."""
         for top in self.installed:
             for folder, folders, names in os.walk(top):
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())

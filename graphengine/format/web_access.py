@@ -23,7 +23,7 @@ def has_token(target: str, token: str) -> bool:
     """
     fields = [part.partition("=") for part in target.partition("?")[2].split("&")]
     given = [value.encode(errors="surrogatepass") for name, _, value in fields if name == "token"]
-    return sum(hmac.compare_digest(value, token.encode()) for value in given) > 0  # compares all of them
+    return sum(hmac.compare_digest(value, token.encode()) for value in given) > 0  # without an early end
 
 
 def parse_object(text: str | bytes) -> Mapping[str, Any] | None:

@@ -39,7 +39,7 @@ def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size
 
     Args:
         path: path of the file.
-        moved: called after each read with the number of bytes read so far and the size of the file.
+        moved: called after each read with the number of bytes read until then and the size of the file.
 
     Raises:
         RecordingError: the file cannot be read, is not an MCAP file, or is damaged.

@@ -98,7 +98,7 @@ class NetworkGraph:
         complete: whether all known peers have announced their endpoints.
         named: whether all known peers have announced their nodes.
         services: names and types of the services that are offered or called.
-        nodes: all nodes, including those without endpoints; several nodes can have the same name.
+        nodes: all nodes, including nodes without endpoints; several nodes can have the same name.
     """
 
     def __init__(

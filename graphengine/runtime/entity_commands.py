@@ -111,7 +111,7 @@ class ResetRobot(_Placing):
     joints: JointNumbers = Field(default_factory=dict)
     """Positions by joint name, rad or m; drives hold these joints there. Other joints return to their initial positions."""
     keyframe: EntityName | None = None
-    """Keyframe of the robot's MuJoCo model, in place of the initial state."""
+    """Keyframe of the robot's MuJoCo model, instead of the initial state."""
 
     @classmethod
     def command_name(cls) -> str:

@@ -272,7 +272,7 @@ class Executor:
         """Run one pass: the event nodes, then the nodes that execution reaches from them.
 
         Raises:
-            NodeError: a node raised an exception, which is the `__cause__` of this one.
+            NodeError: a node raised an exception, which is the `__cause__` of the NodeError.
         """
         self._run(self._pass)
 
@@ -280,7 +280,7 @@ class Executor:
         """Run the event nodes for the end of play (`at_stop`) or of the graph (`at_close`), then the nodes that they reach.
 
         Raises:
-            NodeError: a node raised an exception, which is the `__cause__` of this one.
+            NodeError: a node raised an exception, which is the `__cause__` of the NodeError.
         """
         if (function := self._functions.get(ending)) is not None:
             self._run(function)
@@ -293,7 +293,7 @@ class Executor:
                 are computed first.
 
         Raises:
-            NodeError: a node raised an exception, which is the `__cause__` of this one.
+            NodeError: a node raised an exception, which is the `__cause__` of the NodeError.
         """
         for index, call in {call.node: call for call in self.plan.calls}.items():
             announce = getattr(self.nodes[index], "announce_time", None)

@@ -53,7 +53,7 @@ class Options:
         scripts: whether graphs may run Python code.
         recorded: whether the files come from a recording; a value out of its port's bounds is then only a warning, because the
             bounds may be newer than the recording.
-        given: text of the scene or graph in place of its file.
+        given: text of the scene or graph instead of a file.
         sees_own_robots: whether ray sensors whose robot file does not say so see their own robot.
     """
 

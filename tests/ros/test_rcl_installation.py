@@ -15,7 +15,7 @@ import pytest
 from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports import rcl
+from graphengine.ros.transports.rcl import installation
 from graphengine.ros.transports.select import open_transport
 from tests.jobs.harness import ROOT
 
@@ -61,18 +61,18 @@ WHEELS = (*SOURCED, "ros_wheels_bootstrapper")
 @pytest.mark.parametrize("packages", [SOURCED, WHEELS], ids=["sourced", "wheels"])
 def test_a_complete_installation_has_no_obstacle(install: Install, packages: tuple[str, ...]) -> None:
     install(*packages)
-    assert rcl.missing() is None
+    assert installation.missing() is None
 
 
 def test_without_a_name_any_rmw_is_accepted_but_a_named_rmw_must_exist(
     install: Install, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     install(*SOURCED, rmws=(CYCLONE,))
-    assert rcl.missing() is None
+    assert installation.missing() is None
     monkeypatch.setenv("RMW_IMPLEMENTATION", CYCLONE)
-    assert rcl.missing() is None
+    assert installation.missing() is None
     monkeypatch.setenv("RMW_IMPLEMENTATION", FAST)
-    assert rcl.missing() == (
+    assert installation.missing() == (
         f"RMW_IMPLEMENTATION is {FAST}, whose library lib{FAST}.so is not on LD_LIBRARY_PATH\n"
         "install it, or source the ROS 2 that has it"
     )
@@ -113,7 +113,7 @@ def test_each_obstacle_is_reported_with_a_remedy(
     install(*packages)
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    said = rcl.missing()
+    said = installation.missing()
     assert said is not None
     assert said.startswith(reason)
     assert len(said.splitlines()) == 2
@@ -121,13 +121,15 @@ def test_each_obstacle_is_reported_with_a_remedy(
 
 def test_wheels_without_their_extra_have_no_rmw(install: Install) -> None:
     install(*WHEELS, rmws=())
-    assert str(rcl.missing()).startswith(f"its library lib{FAST}.so is not on LD_LIBRARY_PATH")
+    assert str(installation.missing()).startswith(f"its library lib{FAST}.so is not on LD_LIBRARY_PATH")
 
 
 def test_an_installation_for_another_python_reports_both_versions(install: Install) -> None:
     install(*SOURCED, suffix=OF_ANOTHER_PYTHON)
     built, loads = OF_ANOTHER_PYTHON[1:], LOADED[1:]
-    assert f"is built as {built}, and this Python 3.{sys.version_info.minor} loads {loads}\n" in str(rcl.missing())
+    assert f"is built as {built}, and this Python 3.{sys.version_info.minor} loads {loads}\n" in str(
+        installation.missing()
+    )
 
 
 def test_libraries_of_conda_are_found_without_a_variable(
@@ -135,14 +137,14 @@ def test_libraries_of_conda_are_found_without_a_variable(
 ) -> None:
     install(*SOURCED)
     monkeypatch.delenv("LD_LIBRARY_PATH")
-    assert rcl.missing() is not None
+    assert installation.missing() is not None
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    assert rcl.missing() is None
+    assert installation.missing() is None
 
 
 def test_a_folder_named_rclpy_without_its_module_is_reported(install: Install) -> None:
     install(*SOURCED, suffix="")
-    assert "is not the rclpy of ROS 2: it has no _rclpy_pybind11\n" in str(rcl.missing())
+    assert "is not the rclpy of ROS 2: it has no _rclpy_pybind11\n" in str(installation.missing())
 
 
 def test_auto_does_not_choose_rclpy_from_wheels(install: Install, domain_id: int) -> None:

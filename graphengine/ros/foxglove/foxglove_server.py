@@ -180,8 +180,8 @@ class FoxgloveServer(ServerListener):
         except RuntimeError as error:
             why = str(error).rpartition("bind port: ")[2]
             raise TransportError(f"Foxglove cannot be served at {_shown(host)}:{port}: {why}") from None
-        # A thread of the SDK that logs waits for Python's lock while it holds one of its own, and `close` of a channel, which
-        # has Python's, waits for that one.
+        # Logging could deadlock: a thread of the SDK that logs would hold a lock of the SDK and wait for Python's GIL, while
+        # `close` of a channel holds the GIL and waits for the same lock.
         _foxglove_py.disable_logging()
         self.url = f"ws://{_shown(host)}:{self._server.port}"
         if publish:

@@ -15,7 +15,7 @@ class FoxgloveTransport:
     """A transport that also sends messages to Foxglove clients, and delivers messages that Foxglove clients publish.
 
     Args:
-        inner: transport that carries the messages; closed together with this one.
+        inner: transport that carries the messages; `close` closes it too.
         server: Foxglove server, which several transports may share; the caller closes it.
     """
 
@@ -96,7 +96,7 @@ class FoxgloveTransport:
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers of services, by name of the service."""
+        """A warning for each service with incompatible peers, by the service's name."""
         return self._inner.foreign_services
 
     @property

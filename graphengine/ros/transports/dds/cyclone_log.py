@@ -100,7 +100,7 @@ class CycloneLog:
             self._position += len(read)
             self._rest += read
         if self._position > _MAX_SIZE:
-            os.ftruncate(self._file, 0)  # Cyclone appends, wherever the end is
+            os.ftruncate(self._file, 0)  # Cyclone appends, so it continues at the new end
             self._position = 0
         *lines, self._rest = self._rest.split(b"\n")
         return [line.decode(errors="replace") for line in lines]

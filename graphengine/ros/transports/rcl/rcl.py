@@ -129,7 +129,7 @@ class RclTransport(RosNode):
         }
         found: list[Any] = []
         for topic, direction in asked:
-            with self._lock:  # not for all of them, as other threads wait for it
+            with self._lock:  # not around the loop, because other threads wait for the lock
                 self._admit()
                 found += [(topic, info) for info in ask[direction](topic)]
         named = all(info.node_name != UNKNOWN_NODE for _, info in found)

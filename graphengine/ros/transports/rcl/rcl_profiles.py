@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -66,18 +67,10 @@ def _qos(profile: Any) -> QoS:
     )
 
 
-_NAMES: Mapping[str, str] = {
-    "keepLast": "KEEP_LAST",
-    "keepAll": "KEEP_ALL",
-    "reliable": "RELIABLE",
-    "bestEffort": "BEST_EFFORT",
-    "volatile": "VOLATILE",
-    "transientLocal": "TRANSIENT_LOCAL",
-    "automatic": "AUTOMATIC",
-    "manualByTopic": "MANUAL_BY_TOPIC",
-}
-"""rclpy's name of each value of a QoS policy."""
-_WORDS: Mapping[str, Any] = {name: word for word, name in _NAMES.items()}
+_VALUES = ("keepLast", "keepAll", "reliable", "bestEffort", "volatile", "transientLocal", "automatic", "manualByTopic")
+_NAMES: Mapping[str, str] = {value: re.sub("(?=[A-Z])", "_", value).upper() for value in _VALUES}
+"""rclpy's name of each value of a QoS policy, such as KEEP_LAST for `keepLast`."""
+_WORDS: Mapping[str, Any] = {name: value for value, name in _NAMES.items()}
 """Value of a QoS policy for each of rclpy's names; all other names, such as UNKNOWN, mean `systemDefault`."""
 
 
