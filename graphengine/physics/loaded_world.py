@@ -149,10 +149,8 @@ class LoadedWorld:
         elif name in {one.name for one in self.simulation.entities.all()}:
             findings.add("S105", f"the name {name!r} is taken by another robot or object; choose another name")
         elif (taken := self.stage.obstacle(placement.prim_path)) is not None:
-            findings.add(
-                "S105",
-                f"the path {placement.prim_path} of {name!r} is taken: {taken.path} is a {taken.kind}",
-            )
+            text = f"the path {placement.prim_path} of {name!r} is taken: {taken.path} is a {taken.kind}"
+            findings.add("S105", text)
         findings.raise_errors()
         return replace(placement, key="")
 

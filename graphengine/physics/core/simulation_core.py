@@ -243,16 +243,8 @@ class SimulationCore(SimulationModel):
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
-        return (
-            self.set_points,
-            self.limits,
-            self.pushes,
-            self._frictions,
-            self._lights,
-            self.surfaces,
-            self.welds,
-            self.faults,
-        )
+        commands, written = (self.set_points, self.limits, self.pushes), (self._frictions, self._lights)
+        return *commands, *written, self.surfaces, self.welds, self.faults
 
     def close(self) -> None:
         """Release all handles."""

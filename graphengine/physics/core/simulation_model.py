@@ -129,9 +129,8 @@ class SimulationModel(Stateful):
         drives = list(drives_of(self.stage))
         self.set_points = SetPoints(model, data, drives)
         self.limits = ForceLimits(model, data, drives)
-        self._drive_step = DriveStep(
-            model, data, self.set_points, self.limits, GravityCompensation(model, data, drives)
-        )
+        compensation = GravityCompensation(model, data, drives)
+        self._drive_step = DriveStep(model, data, self.set_points, self.limits, compensation)
         # A model that is close to singular from the start was told to be, when it was built; most of them do move.
         singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
@@ -157,11 +156,8 @@ class SimulationModel(Stateful):
         self._lights.carry_over(model)
         model.opt.gravity = self.model.opt.gravity
         before, origin, points, limits = self.data, self.initial_state(), self.set_points, self.limits
-        transfer, data, start = (
-            Transfer(self.model, model),
-            initial_data(model, self.stage),
-            initial_data(model, self.stage),
-        )
+        transfer = Transfer(self.model, model)
+        data, start = initial_data(model, self.stage), initial_data(model, self.stage)
         transfer.carry_over(before, data)
         if awake:
             wake(model, data)

@@ -79,9 +79,8 @@ class _Checker:
     def is_free(self, point: Place, headings: Sequence[float]) -> bool:
         """Return whether the mover is far enough from everything fixed at a place, in each of some headings."""
         gaps = np.maximum(np.maximum(self._low - point, point - self._high), 0.0)
-        return bool((np.hypot(*gaps.T) > self._reach + CLEARANCE).all()) or all(
-            self._fits(point, each) for each in headings
-        )
+        is_far = bool((np.hypot(*gaps.T) > self._reach + CLEARANCE).all())
+        return is_far or all(self._fits(point, heading) for heading in headings)
 
     def _fits(self, point: Place, heading: float) -> bool:
         model, data = self._model, self._data

@@ -87,9 +87,8 @@ class HeldBody:
         Raises:
             PhysicsError: a number is outside MuJoCo's range; nothing has changed.
         """
-        coordinates = self._towards(
-            *rotation.compose((position, orientation), rotation.relative(self._offset, NOWHERE))
-        )
+        of_body = rotation.compose((position, orientation), rotation.relative(self._offset, NOWHERE))
+        coordinates = self._towards(*of_body)
         if not np.abs(coordinates).max() <= mujoco.mjMAXVAL:
             legal = f"coordinates must be at most {mujoco.mjMAXVAL:g} m"
             raise PhysicsError(f"{self._prim.path} cannot be put at {position}, {orientation}; {legal}")

@@ -61,10 +61,8 @@ class MujocoEntities:
 
     def all(self) -> list[Entity]:
         """Return robots in the order of the stage, then the world's own bodies."""
-        return [
-            Entity(name, prim.path, self._kind(prim), bool(prim.facts.get("spawned")))
-            for name, prim in self._prims().items()
-        ]
+        found = self._prims().items()
+        return [Entity(name, prim.path, self._kind(prim), bool(prim.facts.get("spawned"))) for name, prim in found]
 
     def _prims(self) -> dict[str, Prim]:
         stage = self._simulation.stage
@@ -189,9 +187,8 @@ class MujocoEntities:
             model, data = simulation.with_mount(root, pose), None
         if data is None:
             data = mujoco.MjData(model)
-            data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = (
-                getattr(simulation.data, field) for field in ("qpos", "mocap_pos", "mocap_quat")
-            )
+            for field in ("qpos", "mocap_pos", "mocap_quat"):
+                getattr(data, field)[:] = getattr(simulation.data, field)
         (x, y, z), (qx, qy, qz, qw) = pose
         if (mocap := model.body_mocapid[root]) >= 0:
             data.mocap_pos[mocap], data.mocap_quat[mocap] = (x, y, z), (qw, qx, qy, qz)
@@ -277,9 +274,8 @@ class MujocoEntities:
         """Return a robot to its initial state; see `devices.backend.Entities`."""
         prim, simulation = self._find(name), self._simulation
         if prim.body is not None and simulation.is_moved(self.roots(prim)[0]):
-            move = replace(
-                move, position=move.position or prim.position, orientation=move.orientation or prim.orientation
-            )
+            position, orientation = move.position or prim.position, move.orientation or prim.orientation
+            move = replace(move, position=position, orientation=orientation)
         try:
             with robot_reset(simulation, prim, joints, keyframe):
                 if move != Move():

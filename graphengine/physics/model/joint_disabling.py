@@ -115,14 +115,8 @@ def _weld(
         if other.name not in off and other.mimic is not None and other.mimic.leader == joint.name
     ]
     if followers:
-        held = listing(followers, "joints")
-        findings.add(
-            "S106",
-            f"joint {joint.name!r} cannot be welded, because other joints mimic it",
-            span,
-            held,
-            "disable these joints, too",
-        )
+        text = f"joint {joint.name!r} cannot be welded, because other joints mimic it"
+        findings.add("S106", text, span, listing(followers, "joints"), "disable these joints, too")
     place = ", where it is with the joint at zero" if joint.moves else ""
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None

@@ -39,15 +39,10 @@ def check_starts(
             findings.add("S104", f"joint {name!r} does not move, so it cannot have a start position", span)
         elif joint.mimic is not None:
             leader = joint.mimic.leader
-            findings.add(
-                "S104",
-                f"joint {name!r} mimics {leader!r}, so its start position follows from that joint",
-                span,
-                f"give {leader} a start position instead",
-            )
+            text = f"joint {name!r} mimics {leader!r}, so its start position follows from that joint"
+            findings.add("S104", text, span, f"give {leader} a start position instead")
         elif joint.limits is not None and not joint.limits[0] <= start <= joint.limits[1]:
             unit = "m" if joint.type == "prismatic" else "rad"
             legal = f"legal: {joint.limits[0]:g} to {joint.limits[1]:g} {unit}"
-            findings.add(
-                "G109", f"joint {name!r} cannot start at {start:g} {unit}, which is outside of its limits", span, legal
-            )
+            text = f"joint {name!r} cannot start at {start:g} {unit}, which is outside of its limits"
+            findings.add("G109", text, span, legal)

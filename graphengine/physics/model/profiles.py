@@ -147,9 +147,8 @@ def _figures(
     document = robot.document(*location)
     value = document.find(*location) or document.root
     whole = Value(value.span, {section: value}, {section: document.key_span(*location)})
-    return validate(
-        SensorProfile, Document(document.source, whole, document.size), {"sensor": name, section: figures}, findings
-    )
+    profile = Document(document.source, whole, document.size)
+    return validate(SensorProfile, profile, {"sensor": name, section: figures}, findings)
 
 
 def _profile(
@@ -198,6 +197,5 @@ def _own_profile(sensor_type: str) -> str:
 
 
 def _known() -> str:
-    return "built-in profiles: " + ", ".join(
-        sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml"))
-    )
+    names = sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml"))
+    return f"built-in profiles: {', '.join(names)}"

@@ -181,28 +181,15 @@ def load_robot(
     _check_colliders(file, description, findings)
     _check_joints(file, description, disabled, findings)
     _check_directions(file, description, findings)
-    return RobotInstance(
-        placement,
-        file,
-        description,
-        description_text(description),
-        profiles,
-        tuple(description.moving()),
-        drives,
-        disabled,
-    )
+    urdf_text, moving = description_text(description), tuple(description.moving())
+    return RobotInstance(placement, file, description, urdf_text, profiles, moving, drives, disabled)
 
 
 def _check_names(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     spec = file.spec
     if spec.base_link != description.root:
-        span = file.span("base_link")
-        findings.add(
-            "S104",
-            f"{spec.base_link!r} is not the root link of the description",
-            span,
-            f"write base_link: {description.root}",
-        )
+        text = f"{spec.base_link!r} is not the root link of the description"
+        findings.add("S104", text, file.span("base_link"), f"write base_link: {description.root}")
     if spec.articulation_root:
         check_known("link", spec.articulation_root, description.links, file.span("articulation_root"), findings)
     for link in spec.links:
@@ -216,9 +203,8 @@ def _check_names(file: RobotFile, description: RobotDescription, findings: Findi
     bound: dict[str, Span] = {}
     for name, material in spec.materials.items():
         if material.expressed_in:
-            check_known(
-                "link", material.expressed_in, description.links, file.span("materials", name, "expressed_in"), findings
-            )
+            span = file.span("materials", name, "expressed_in")
+            check_known("link", material.expressed_in, description.links, span, findings)
         for index, link in enumerate(material.bind):
             span = file.span("materials", name, "bind", index)
             check_known("link", link, description.links, span, findings)
@@ -276,9 +262,8 @@ def _drives(file: RobotFile, description: RobotDescription, disabled: Disabled, 
             continue
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
-            findings.add(
-                "N103", f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}", span
-            )
+            text = f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}"
+            findings.add("N103", text, span)
     if description.mjcf is not None:
         drives = drives_by_joint(description.mjcf.actuators) | drives
         drives = {name: drives[name] for name, joint in description.joints.items() if joint.moves and name in drives}
@@ -295,9 +280,8 @@ def _limit(
     if joint.type in ("revolute", "prismatic"):
         joint.bounds = replace(joint.bounds, lower=limits[0], upper=limits[1])
     else:
-        findings.add(
-            "S104", f"joint {name!r} is {joint.type} and cannot have limits", file.span("joints", name, "limits")
-        )
+        span = file.span("joints", name, "limits")
+        findings.add("S104", f"joint {name!r} is {joint.type} and cannot have limits", span)
 
 
 def _check_joints(file: RobotFile, description: RobotDescription, disabled: Disabled, findings: Findings) -> None:
@@ -330,20 +314,13 @@ def _check_directions(file: RobotFile, description: RobotDescription, findings: 
 def _check_colliders(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     for link, shape in file.spec.wheel_colliders.items():
         tags = [kind_of(collider.geometry) for collider in description.links[link].colliders]
+        span = file.key_span("wheel_colliders", link)
         if shape == "ellipsoid" and tags != ["cylinder"]:
-            what = listing(tags, "its colliders")
-            span = file.key_span("wheel_colliders", link)
+            text = f"link {link!r} cannot become an ellipsoid, because its collision geometry is not a single cylinder"
             size = "for another collider write {radius: …, width: …}, in m"
-            findings.add(
-                "S106",
-                f"link {link!r} cannot become an ellipsoid, because its collision geometry is not a single cylinder",
-                span,
-                what,
-                size,
-            )
+            findings.add("S106", text, span, listing(tags, "its colliders"), size)
         carrier = description.links[link].carrier
         if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
-            span = file.key_span("wheel_colliders", link)
             findings.add("S106", f"link {link!r} is not a wheel: no joint turns it", span)
     for name, material in file.spec.materials.items():
         for index, link in enumerate(material.bind):

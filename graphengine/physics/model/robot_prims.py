@@ -41,9 +41,8 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
     named = [prim for prim in prims if prim.name == reference]
     if len(named) > 1:
         paths = [prim.path.removeprefix(f"{robot}/") for prim in named]
-        raise AmbiguousPrimError(
-            f"{reference!r} could mean {len(named)} prims", reference, listing(paths, "write one of")
-        )
+        text = f"{reference!r} could mean {len(named)} prims"
+        raise AmbiguousPrimError(text, reference, listing(paths, "write one of"))
     if not named:
         names = {prim.name for prim in prims if prim.kind != "scope"}
         near = did_you_mean(reference, names) or listing(sorted(names), "prims")
@@ -140,14 +139,10 @@ class _PrimBuilder:
         """Define the prims of the robot and its links; return the prim path of each link, by link name."""
         robot = self.robot
         base = f"{robot.name}/{robot.spec.base_link}"
-        self.stage.add(
-            robot.prim_path,
-            "robot",
-            facts={"name": robot.name},
-            position=robot.placement.pose[0],
-            orientation=robot.placement.pose[1],
-            body=base if base in self.bodies else None,
-        )
+        position, orientation = robot.placement.pose
+        body = base if base in self.bodies else None
+        pose = {"position": position, "orientation": orientation}
+        self.stage.add(robot.prim_path, "robot", **pose, body=body, facts={"name": robot.name})
         paths: dict[str, str] = {}
         for link in robot.description.depth_first():
             name = prim_name(link.name)

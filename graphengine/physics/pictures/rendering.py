@@ -82,10 +82,8 @@ class Renderer:
 
     def fits(self, shot: Shot) -> bool:
         """Return whether this renderer can draw a shot: same model, and large enough in size and distance."""
-        width, height = shot.lens.size
-        return (
-            shot.model is self.model and width <= self.size[0] and height <= self.size[1] and shot.lens.far <= self.far
-        )
+        (width, height), far = shot.lens.size, shot.lens.far
+        return shot.model is self.model and width <= self.size[0] and height <= self.size[1] and far <= self.far
 
     def draw(self, shot: Shot) -> Image:
         """Draw colours and depths in one pass, and the segmentation in another one if requested.
