@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from graphengine.descriptions.engine import Floats, wake
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
@@ -68,8 +68,7 @@ class Simulation(PicturedSimulation):
         if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
             return
         self.model.opt.gravity = gravity
-        wake(self.model, self.data)
-        self.refresh()
+        self.wake_all()
 
     def friction(self, prim: Prim) -> Friction:
         """Return static and dynamic friction of a material prim."""
@@ -80,8 +79,7 @@ class Simulation(PicturedSimulation):
         if friction == self._frictions.of(prim):
             return
         self._frictions.write(self.model, prim, friction)
-        wake(self.model, self.data)
-        self.refresh()
+        self.wake_all()
 
     def conveyor(self, prim: Prim) -> Conveyor:
         """Return a handle to the surface velocity of a body.

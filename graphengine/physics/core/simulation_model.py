@@ -243,6 +243,11 @@ class SimulationModel(Stateful):
         for handle in self.handles.watching:
             handle.see_displacement()
 
+    def wake_all(self) -> None:
+        """Wake all sleeping bodies, because what acts on them has changed, and update derived quantities (see `refresh`)."""
+        wake(self.model, self.data)
+        self.refresh()
+
     def initial_state(self) -> mujoco.MjData:
         """Return the state to which `reset_state` returns, as a new object."""
         data = mujoco.MjData(self.model)

@@ -74,10 +74,9 @@ class HeldBody:
         self.body, self._offset = mover
         body = self.body
         self._joint = joint = int(model.body_jntadr[body])
-        free = model.jnt_type[joint] == _FREE
-        place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
-        self._dofs = slice(dof, dof + (6 if free else 1))
-        self._position, self._velocity = data.qpos[place : place + (7 if free else 1)], data.qvel[self._dofs]
+        self._position, self._velocity = data.joint(joint).qpos, data.joint(joint).qvel
+        dof = int(model.jnt_dofadr[joint])
+        self._dofs = slice(dof, dof + len(self._velocity))
         if self.coordinates is not None:
             self.make_firm()
 

@@ -90,8 +90,7 @@ def begin_in(keyframe: Keyframe, prefix: str, place: Pose, model: mujoco.MjModel
             x, y, z, d, a, b, c = values
             position, (a, b, c, d) = compose(place, ((x, y, z), (a, b, c, d)))
             values = (*position, d, a, b, c)
-        begin = model.jnt_qposadr[index]
-        data.qpos[begin : begin + len(values)] = values
+        data.joint(index).qpos[:] = values
     given: set[str] = set()
     for actuator, control in keyframe.controls.items():
         name = f"{prefix}{actuator}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 
-from graphengine.descriptions.engine import wake
 from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.handles.motion_handles import CoreHandle
@@ -40,5 +39,4 @@ class Conveyor(CoreHandle):
             raise PhysicsError(f"{self.prim_path}: {text}")
         simulation.surfaces.velocities[self._body] = linear, angular
         simulation.surfaces.hold()
-        wake(simulation.model, simulation.data)  # sleeping bodies do not react to the belt below them
-        simulation.refresh()
+        simulation.wake_all()  # sleeping bodies do not react to the belt below them

@@ -193,8 +193,7 @@ class MujocoEntities:
         if (mocap := model.body_mocapid[root]) >= 0:
             data.mocap_pos[mocap], data.mocap_quat[mocap] = (x, y, z), (qw, qx, qy, qz)
         elif model.body_jntnum[root]:
-            start = model.jnt_qposadr[model.body_jntadr[root]]
-            data.qpos[start : start + 7] = x, y, z, qw, qx, qy, qz
+            data.joint(int(model.body_jntadr[root])).qpos[:] = x, y, z, qw, qx, qy, qz
         return model, data
 
     def touching(self) -> dict[str, Overlap]:
@@ -285,19 +284,16 @@ class MujocoEntities:
 
     def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
         """Set pose and velocity (m/s, rad/s) of a free body in the world frame; a held body is released."""
-        model, data = self._simulation.model, self._simulation.data
-        joint = int(model.body_jntadr[body])
-        coordinates = slice(model.jnt_qposadr[joint], model.jnt_qposadr[joint] + 7)
-        freedoms = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + 6)
+        joint = self._simulation.data.joint(int(self._simulation.model.body_jntadr[body]))
         self._simulation.let_go(body)
-        before = data.qpos[coordinates].copy(), data.qvel[freedoms].copy()
+        before = joint.qpos.copy(), joint.qvel.copy()
         position, (x, y, z, w) = pose
-        data.qpos[coordinates] = (*position, w, x, y, z)
-        data.qvel[freedoms] = (*linear, *unrotate(pose[1], angular))  # MuJoCo's turn is in the body's frame
+        joint.qpos[:] = (*position, w, x, y, z)
+        joint.qvel[:] = (*linear, *unrotate(pose[1], angular))  # MuJoCo's turn is in the body's frame
         try:
             self._simulation.refresh()
         except PhysicsError:
-            data.qpos[coordinates], data.qvel[freedoms] = before
+            joint.qpos[:], joint.qvel[:] = before
             self._simulation.refresh()
             raise
 

@@ -47,7 +47,8 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         _group_geoms(spec, robot)
     _apply_materials(spec, robot, floor, findings)
     if mjcf is None:
-        _exclude_contacts(spec, robot)
+        for first, second in _excluded_pairs(robot):
+            spec.add_exclude(bodyname1=first, bodyname2=second)
         _prune(spec, robot)
     if robot.moving:
         _keep_awake(spec)
@@ -224,22 +225,17 @@ def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, fi
             findings.add("N103", told[0], robot.file.key_span("materials", name), *told[1:])
 
 
-def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Exclude contacts between colliders of one robot, as Isaac's importer does, because they often overlap.
-
-    With `self_collision`, links connected by a joint still do not collide, as in PhysX. MuJoCo excludes these pairs itself,
-    except for joints on a fixed base. Colliders of a link named `world` collide with all others.
-    """
-    for first, second in _excluded_pairs(robot):
-        spec.add_exclude(bodyname1=first, bodyname2=second)
-
-
 def _memory_of_exclusions(robot: RobotInstance) -> float:
     return PAIR * sum(1 for _ in itertools.islice(_excluded_pairs(robot), MAX_MEMORY // PAIR + 1))
 
 
 def _excluded_pairs(robot: RobotInstance) -> Iterator[tuple[str, str]]:
-    """Yield the names of each two links between which contacts are excluded, in order of the links."""
+    """Yield the names of each two links between which contacts are excluded, in order of the links.
+
+    Contacts between colliders of one robot are excluded, as Isaac's importer does, because they often overlap. With
+    `self_collision`, links connected by a joint still do not collide, as in PhysX. MuJoCo excludes these pairs itself, except for
+    joints on a fixed base. Colliders of a link named `world` collide with all others.
+    """
     links, top = robot.description.links, _rigid(robot.description)
     solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
     fixed = robot.disabled.free_link is None

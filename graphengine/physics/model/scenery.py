@@ -146,21 +146,18 @@ class Scenery:
 
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
         """Add a note on the joints that graphs can use, for a description without a robot file."""
-        mjcf = robot.description.mjcf
         floating = [joint.name for joint in robot.description.joints.values() if joint.type == "floating"]
         still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
         number, known = len(robot.moving) + len(floating), len(robot.moving) if floating else "all"
         count = f"{number} joint{'s' * (number != 1)}; graphs can use {known}" if number else "no joint that moves"
-        findings.add(
-            "N104",
-            f"the description, used without a robot file, has {count}",
-            self._place_of(placement),
-            listing(floating, "ball and free joints, which graphs cannot use") if floating else "",
-            listing(still, "joints without a drive") if still else "",
-            listing(mjcf.keyframes, "keyframes, which `start:` can select")
-            if mjcf is not None and mjcf.keyframes
-            else "",
-        )
+        lists: Mapping[str, Collection[str]] = {
+            "ball and free joints, which graphs cannot use": floating,
+            "joints without a drive": still,
+            "keyframes, which `start:` can select": robot.description.keyframes,
+        }
+        text = f"the description, used without a robot file, has {count}"
+        notes = [listing(names, what) for what, names in lists.items() if names]
+        findings.add("N104", text, self._place_of(placement), *notes)
 
     def compile(
         self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()

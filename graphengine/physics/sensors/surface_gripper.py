@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from graphengine.descriptions.engine import mujoco, wake
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.surface_gripper import GripperStatus, SurfaceGripperDevice
@@ -129,8 +129,7 @@ class SuctionGripper(CarriedPrim):
         for weld in holding:
             simulation.welds.release(weld)
         if holding:
-            wake(simulation.model, simulation.data)  # a sleeping body would not fall
-            simulation.refresh()
+            simulation.wake_all()  # a sleeping body would not fall
 
     def see_forces(self) -> None:
         """Grip bodies while closing, and release bodies whose force exceeds a limit; called in each physics step."""
