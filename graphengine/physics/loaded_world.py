@@ -57,7 +57,7 @@ class LoadedWorld:
         return self.simulation.stage
 
     def copy(self, files: Files, seed: int) -> LoadedWorld:
-        """Return an independent copy of this world, which must not have been stepped.
+        """Return an independent copy of this world. Call this before the first step only.
 
         Args:
             files: files that the descriptions of added robots may refer to.
@@ -119,7 +119,7 @@ class LoadedWorld:
         self.stage.find(self.robots[name].prim_path).facts["spawned"] = True
 
     def put(self, placement: RobotPlacement) -> None:
-        """Add a robot at a known placement, such as that of a robot in a checkpoint; raise the same errors as `add`."""
+        """Add a robot at a known placement, for example that of a robot in a checkpoint; raise the same errors as `add`."""
         findings = Findings()
         self.scenery.forget(self.robots)
         robot = self.scenery.robot(placement, findings)

@@ -127,7 +127,7 @@ def load_world(
 
 
 def _check_movers(simulation: Simulation, scene: Loaded[SceneSpec], findings: Findings) -> bool:
-    """Warn about movers that start inside a fixed body; return False if a region has no free points, which is an error."""
+    """Warn about movers that start inside a fixed body. Add an error and return False if a region has no free points."""
     for name in simulation.movers.stuck():
         text = f"mover {name!r} finds no free straight way in its region"
         advice = "give a region with free floor, of a few times the size of the mover"

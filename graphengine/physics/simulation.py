@@ -64,7 +64,7 @@ class Simulation(PicturedSimulation):
         return vector(self.model.opt.gravity)
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Set gravity (m/s2, world frame), which acts from the next step on; wake sleeping bodies."""
+        """Set gravity (m/s2, world frame) for all later steps, and wake sleeping bodies."""
         if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
             return
         self.model.opt.gravity = gravity
@@ -75,7 +75,7 @@ class Simulation(PicturedSimulation):
         return self._frictions.of(prim)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Set static and dynamic friction of a material, which act from the next step on; wake sleeping bodies."""
+        """Set static and dynamic friction of a material for all later steps, and wake sleeping bodies."""
         if friction == self._frictions.of(prim):
             return
         self._frictions.write(self.model, prim, friction)
@@ -115,7 +115,7 @@ class Simulation(PicturedSimulation):
         return self.handles.find(Joints, robot)
 
     def compile_kernels(self) -> None:
-        """Compile the kernels that the sensors of the stage need, so that the set-up of a node does not wait for the compiler."""
+        """Compile the kernels that the sensors of the stage need. The set-up of nodes then does not wait for the compiler."""
         kinds = {prim.kind for prim in self.stage.prims()} & IMPLEMENTATIONS.all.keys()
         if any(getattr(IMPLEMENTATIONS.all[kind].handle, "casts_rays", False) for kind in kinds):
             compile_kernels(self._rays_choice)

@@ -26,7 +26,8 @@ def robot_reset(
 ) -> Iterator[None]:
     """Set the joints of a robot to their initial state; after the `with` block, reset commands, pushes and sensors as well.
 
-    All velocities become zero. If the block, which can place the robot elsewhere, raises an error, nothing has changed.
+    All velocities become zero. The block can place the robot elsewhere. If the block raises an error, the simulation is
+    unchanged.
 
     Raises:
         PhysicsError: MuJoCo cannot compute poses for these joint positions; nothing has changed.

@@ -227,7 +227,7 @@ class SimulationModel(Stateful):
         self.refresh()
 
     def let_go(self, body: int) -> None:
-        """Stop holding a placed body, so that physics moves it again."""
+        """Stop holding a placed body; physics then moves it again."""
         for path in [path for path, held in self.held.items() if held.body == body]:
             self.held.pop(path).soften()
 
@@ -244,12 +244,12 @@ class SimulationModel(Stateful):
             handle.see_displacement()
 
     def wake_all(self) -> None:
-        """Wake all sleeping bodies, because what acts on them has changed, and update derived quantities (see `refresh`)."""
+        """Wake all sleeping bodies and update derived quantities; call this when the forces on bodies have changed."""
         wake(self.model, self.data)
         self.refresh()
 
     def initial_state(self) -> mujoco.MjData:
-        """Return the state to which `reset_state` returns, as a new object."""
+        """Return a copy of the state that `reset_state` restores."""
         data = mujoco.MjData(self.model)
         mujoco.mj_setState(self.model, data, self._start, STATE)
         return data

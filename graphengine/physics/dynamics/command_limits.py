@@ -1,4 +1,4 @@
-"""Limits for joint commands, so that a message from the network cannot make a simulation diverge.
+"""Limits for joint commands. They prevent a message from the network from making a simulation diverge.
 
 - Efforts: the limit in the robot's description. If it gives none, the smaller of two efforts: the effort that lifts the robot
   with a lever arm of 1 m, and the effort that accelerates the joint's own inertia by 1e5 rad/s2 (prismatic joints: 1e5 m/s2).

@@ -2,8 +2,8 @@
 
 A body on a free joint can have any pose; a body on a hinge or slide joint is placed as close to a pose as the joint allows. The
 joint's coordinates are written back after each physics step, before MuJoCo computes the contacts of the new state. While the body
-is held, its joint has a very large inertia, so that the body is as firm as the ground for bodies that lean on it. With its own
-inertia it would give way, and a heavy body would sink through a light one.
+is held, its joint has a very large inertia. So the body is as firm as the ground for bodies that lean on it. With its own inertia
+it would give way, and a heavy body would sink through a light one.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class Welds(Stateful):
         self._write()
 
     def withdraw(self) -> None:
-        """Reset the model's list of body pairs that do not collide to the compiled list, so that the model can be copied."""
+        """Reset the model's list of body pairs that do not collide to the compiled list. Call this before copying the model."""
         self._model.exclude_signature[:] = self._built
 
     def hold(self, weld: str, body: int, point: Vector3) -> None:

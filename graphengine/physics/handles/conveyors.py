@@ -1,4 +1,4 @@
-"""Handles of conveyors, which set the surface velocity of a body."""
+"""Handles that set the surface velocity of a body, for conveyors."""
 
 from __future__ import annotations
 

@@ -215,11 +215,11 @@ class SelectedJoints(Shared):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set joint targets, which take effect in the next physics step.
+        """Set joint targets. They take effect in the next physics step.
 
-        A target that the drive does not use (a velocity without damping, a position without stiffness) is ignored, as in PhysX.
-        A command beyond the joint's limits is clamped and counted, unless the simulation's `clamps_commands` is false. With a
-        clamped position, the velocity target of the joint is 0, because the joint stops there.
+        Like PhysX, this method ignores a target that the drive does not use: a velocity without damping, a position without
+        stiffness. A command beyond the joint's limits is clamped and counted, unless the simulation's `clamps_commands` is false.
+        With a clamped position, the velocity target of the joint is 0, because the joint stops there.
 
         Args:
             positions: target of each selected joint, rad or m. NaN keeps the target of that joint, None keeps all.

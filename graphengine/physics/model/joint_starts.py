@@ -10,7 +10,7 @@ from graphengine.format.wording import did_you_mean, listing
 
 
 def check_known(kind: str, name: str, legal: Iterable[str], span: Span | None, findings: Findings) -> None:
-    """Add an error if a name is not one of the legal names; `kind` says in the message whose name it is, such as "link"."""
+    """Add an error if a name is not one of the legal names; The message calls the named element `kind`, for example "link"."""
     names = list(legal)
     if name not in names:
         near = did_you_mean(name, names) or listing(names, f"{kind}s")

@@ -26,7 +26,7 @@ from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
 _LEVEL = 1e-3
-"""Minimum length of the horizontal part of a friction direction, as a fraction of the direction's length."""
+"""Minimum length of the horizontal part of a friction direction, divided by the length of the direction."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -85,8 +85,8 @@ class RobotInstance:
     def starts(self) -> dict[str, float]:
         """Start position (rad or m) of each moving joint that has one, by name.
 
-        The scene overrides the robot file, which overrides the keyframe. A mimic joint without a start position of its own gets
-        the position that follows from its leader's.
+        The scene overrides the robot file, which overrides the keyframe. For a mimic joint without a start position, the position
+        follows from that of its leader.
         """
         known, keyframe = {joint.name: joint for joint in self.moving}, self.keyframe
         coordinates = keyframe.coordinates if keyframe is not None else {}
@@ -133,8 +133,8 @@ class RobotInstance:
     def wheel_distance(self) -> float | None:
         """Distance (m) along the axle between the centres of the two driven wheels.
 
-        None unless exactly two wheels are driven, with different centres, and they do not slide sideways, as skid-steered wheels
-        do: such a base turns as if its wheels were farther apart.
+        None unless exactly two wheels with different centres are driven, and neither slides sideways. A base whose wheels slide
+        sideways turns like a base with a greater wheel distance.
         """
         sliding = {link for each in self.spec.materials.values() if each.steady_sliding for link in each.bind}
         joints = [joint for joint in self.moving if joint.name in self.drives]

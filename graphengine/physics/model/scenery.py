@@ -51,7 +51,7 @@ class Scenery:
 
     Args:
         scene: scene file, for locations in messages and as the start of relative paths.
-        world: parsed world; None if parsing failed, so that nothing can be compiled.
+        world: parsed world; None if parsing failed; then `compile` returns None.
         lines: source location of each line of the parsed text of the world.
         library: reads the files to which descriptions refer.
     """

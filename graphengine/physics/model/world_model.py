@@ -1,4 +1,4 @@
-"""Builds the world of a scene from MJCF or SDF, as an MjSpec to which robots are attached."""
+"""Builds the MjSpec of a scene's world from MJCF or SDF. Robots are attached to this MjSpec."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def distances(lens: Lens, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
 
     OpenGL stores matrices in single precision, and one entry of MuJoCo's projection matrix is a small difference of numbers near
     1. The error of this entry is up to 6e-8, which corresponds to 2 mm at 20 m. Here the entry is computed with the same
-    precision, so that the error cancels out.
+    precision. So the error cancels out.
     """
     near, far = np.float32(lens.near), np.float32(lens.far)
     metres: NDArray[np.float32]

@@ -118,7 +118,7 @@ class PinholeCamera(Sampled):
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
-        """Return the prim's path and the image size as the key, so that each size has its own handle."""
+        """Return the prim's path and the image size as the key; each size has its own handle."""
         width, height = options.get("size") or prim.facts["size"]
         return f"{prim.path}/{width}x{height}"
 

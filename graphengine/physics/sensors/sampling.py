@@ -1,8 +1,8 @@
 """Determines when a sensor takes samples, and the random numbers for the noise of a sample.
 
-Sample n belongs to the first tick at or after n / rate seconds, computed with integers, so that rates do not drift: 20 Hz at 60
-ticks per second is every third tick, 7 Hz is every eighth or ninth tick. Random numbers come from a counter-based generator,
-which starts from seed, prim path and sample number. So they do not depend on which samples were requested before.
+Sample n belongs to the first tick at or after n / rate seconds. This tick is computed with integers; so rates do not drift: 20 Hz
+at 60 ticks per second is every third tick, 7 Hz is every eighth or ninth tick. Random numbers come from a counter-based
+generator, which starts from seed, prim path and sample number. So they do not depend on which samples were requested before.
 """
 
 from __future__ import annotations

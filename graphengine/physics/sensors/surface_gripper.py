@@ -1,4 +1,4 @@
-"""A surface gripper, which holds bodies by welds at its grip points.
+"""A surface gripper. It holds bodies by welds at its grip points.
 
 While the gripper closes, it casts a ray from each point along its forward axis. If the ray hits a body, the body is welded to the
 gripper at its current pose. A weld breaks if its force exceeds a limit of the gripper. A new weld needs ten steps to settle; its

@@ -44,7 +44,7 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
 
 @part
 def _first(near: float, far: float) -> float:
-    """Return the smaller of two distances, at which a line enters and leaves a shape, that is not negative; else infinity."""
+    """Return the smaller non-negative one of the distances at which a line enters and leaves a shape; infinity without one."""
     if near >= 0.0:
         return near
     return far if far >= 0.0 else math.inf

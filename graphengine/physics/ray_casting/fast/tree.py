@@ -39,7 +39,7 @@ def build(tree: Tree, low: Floats, high: Floats, items: Indices) -> None:
         tree: output, 2 n - 1 nodes.
         low: lower corners of the boxes, shape (n, 3).
         high: upper corners of the boxes.
-        items: number that the leaf of each box gets, such as the id of the geom in the box.
+        items: number to store in the leaf of each box, for example the id of the geom in the box.
     """
     order = np.arange(len(items))
     # The larger part waits while the smaller one is built, so there are never more than log2(n).
