@@ -28,7 +28,7 @@ class LoadedWorld:
 
     Attributes:
         simulation: physics and sensors; implements `devices.backend.World`.
-        robots: robots by name; first those of the scene file, then added robots, each in order.
+        robots: robots by name; first the robots of the scene file in order, then the added robots in order.
         scenery: editable models from which any set of robots can be compiled.
     """
 
@@ -111,7 +111,7 @@ class LoadedWorld:
         """Add a robot at the pose in `use`, at rest. After an error, nothing has changed.
 
         Raises:
-            CheckError: the robot has errors; the exception lists all of them.
+            CheckError: the robot has errors; the exception lists all errors.
             PhysicsError: MuJoCo cannot simulate the robot at this pose.
             UsageError: the requested ray casting method cannot be used with the robot.
         """

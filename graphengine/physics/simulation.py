@@ -53,7 +53,7 @@ class Simulation(PicturedSimulation):
         return contact_points(self.model, self.forces.now())
 
     def body(self, prim: Prim) -> CarriedPrim:
-        """Return a handle to the pose and velocity of a prim: those of its rigid body, or of the body that carries the prim."""
+        """Return a handle to the pose and velocity of a prim, which moves with its own body or with the body that carries it."""
         return self.handles.find(CarriedPrim, prim)
 
     frame = body
@@ -107,7 +107,7 @@ class Simulation(PicturedSimulation):
         return float(self.model.body(prim.body).mass[0])
 
     def placement(self, prim: Prim) -> PlacedBody | None:
-        """Return a handle that places the prim's body and holds it there; None if the body cannot be moved alone."""
+        """Return a handle that places the prim's body and holds this pose; None if the body cannot be moved alone."""
         return self.handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:

@@ -54,7 +54,7 @@ class Handle(Stateful, Generic[S]):
         """
 
     def see_forces(self) -> None:
-        """Observe the contact forces of a physics step; body poses are still those before the step."""
+        """Observe the contact forces of a physics step; the body poses are still the poses before the step."""
 
     def see_motion(self) -> None:
         """Observe the state after a physics step."""

@@ -36,7 +36,7 @@ def robot_reset(
         simulation: the simulation.
         robot: prim of the robot.
         joints: positions of joints that do not mimic others, rad or m, by name; other joints return to their initial positions.
-        keyframe: keyframe of the robot's own model, in place of the initial state; None for the initial state.
+        keyframe: keyframe of the robot's own model, instead of the initial state; None for the initial state.
     """
     prefix, model, before = f"{robot.entity_name}/", simulation.model, copy.copy(simulation.data)
     start = simulation.initial_state()

@@ -180,7 +180,7 @@ class SimulationCore(SimulationModel):
         self.handles.reset()
 
     def _refresh_movers(self) -> None:
-        """Move the movers to their places at this time, and compute the poses and contacts of the new state."""
+        """Move the movers to their poses at this time, and compute the poses and contacts of all bodies."""
         self.movers.hold(self.steps, self.seed)
         begin_step(self.model, self.data, self._directed)
 

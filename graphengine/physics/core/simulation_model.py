@@ -81,7 +81,7 @@ class SimulationModel(Stateful):
         self.clamps_commands = True
         """Whether a command beyond a joint's limits is clamped; otherwise it is applied unchanged."""
         self.clamped_commands: dict[str, int] = {}
-        """Number of commands that were clamped, by kind, joint and limit."""
+        """Number of clamped commands for each command kind, joint and limit."""
         self._rays_choice = rays
         self.sees_own_robots = sees_own_robots
         self._rays: Rays | None = None

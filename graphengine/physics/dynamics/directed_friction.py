@@ -32,7 +32,7 @@ _LEAST_FRICTION = 1e-5
 class DirectedFriction:
     """Applies two friction coefficients to geoms whose friction differs along and across a direction.
 
-    Where two geoms of this kind touch each other, the contact keeps MuJoCo's combined friction, the same in all directions.
+    If two such geoms touch each other, the contact keeps MuJoCo's combined friction, which is equal in all directions.
 
     Args:
         stage: stage with material prims; the fact `frames` of a material names the bodies to which it is bound.

@@ -1,4 +1,4 @@
-"""Bodies that graphs place and hold at a pose, whatever forces act on them.
+"""Bodies that graphs place and hold at a pose; no force moves these bodies.
 
 A body on a free joint can have any pose; a body on a hinge or slide joint is placed as close to a pose as the joint allows. The
 joint's coordinates are written back after each physics step, before MuJoCo computes the contacts of the new state. While the body

@@ -51,7 +51,7 @@ def start_robot(
 
 
 def with_followers(model: mujoco.MjModel, prefix: str, positions: Mapping[str, float]) -> dict[str, float]:
-    """Return positions of a robot's joints (rad or m), by name, with those that follow from them for mimic joints.
+    """Return a dict from joint name to position (rad or m), with the positions that follow for mimic joints.
 
     Args:
         model: compiled model.

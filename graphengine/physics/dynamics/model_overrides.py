@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 
 class Written(Stateful, Generic[T]):
-    """The values that graphs wrote to prims of one kind, in place of the initial values.
+    """The values that graphs wrote to prims, for example to materials, instead of the initial values.
 
     Args:
         stage: stage with the prims; the `facts` of a prim contain its initial values.

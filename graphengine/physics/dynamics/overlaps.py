@@ -96,8 +96,8 @@ def distances(model: mujoco.MjModel, data: mujoco.MjData, root: int, margin: flo
 def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, str]) -> dict[str, tuple[float, int]]:
     """Return the deepest contact of each entity by the entity's name: its depth (m) and the id of the other geom.
 
-    Contacts with a support do not count. A contact is one with a support if its normal shows that the other geom is below the
-    entity, and if its depth is less than `LEAST` or the other geom is a plane (a floor supports at any depth).
+    Contacts with a support do not count. The other geom is a support if it is below the entity according to the contact normal,
+    and if it is a plane or the depth is less than `LEAST`. A plane supports at any depth.
 
     Args:
         model: model of the world.

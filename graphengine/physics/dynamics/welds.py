@@ -59,7 +59,7 @@ class Welds(Stateful):
         return made
 
     def restore(self, saved: object) -> None:
-        """Restore a saved state: deactivate the current welds, and activate those that were active then."""
+        """Restore a saved state: deactivate the current welds, and activate the welds of the saved state."""
         for name in self.held:
             self._data.eq_active[self._model.equality(name).id] = False
         super().restore(saved)

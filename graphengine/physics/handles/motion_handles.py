@@ -80,7 +80,7 @@ class CarriedPrim(CoreHandle):
 
 
 class PlacedBody(CoreHandle):
-    """A handle that places a prim and holds its body there until the simulation is reset."""
+    """A handle that places a prim and holds its body at this pose until the simulation is reset."""
 
     def bind(self) -> None:
         """Do nothing: the simulation itself looks up the bodies that it holds."""
@@ -255,7 +255,7 @@ class SelectedJoints(Shared):
                 array[place], points.pending = value, True
 
     def undriven(self, kind: CommandKind) -> list[str]:
-        """Return the names of the selected joints on which commands of a kind have no effect; every joint takes efforts."""
+        """Return the names of the selected joints on which commands of this kind have no effect; every joint takes efforts."""
         joints, number = self._joints, KINDS.index(kind)
         free = len(joints.dofs) if kind == "effort" else 0
         without = [joint for joint in self._chosen if joint >= free and joints.servos[joint][number] is None]

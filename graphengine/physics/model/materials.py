@@ -47,8 +47,8 @@ DEFAULT_SOLREF = (0.02, 1.0)
 STEADY_IMPEDANCE = 0.8
 """First two values of MuJoCo's `solimp` for wheels with `steady_sliding`; the default is 0.9 to 0.95.
 
-Tyres give way by 0.2 mm. Four wheels on stiffer contacts are a table with four legs: errors of micrometres decide which two of
-them carry the robot, and so how it turns."""
+Tyres give way by 0.2 mm. Four wheels on stiffer contacts are a table with four legs: errors of micrometres decide which two legs
+carry the robot, and so how the robot turns."""
 
 
 @dataclass(frozen=True, slots=True)

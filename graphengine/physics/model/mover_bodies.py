@@ -46,7 +46,7 @@ _COLLISION = """<collision name="{}">
 
 
 def add_movers(spec: mujoco.MjSpec, scene: Loaded[SceneSpec], library: Library, findings: Findings) -> None:
-    """Add the movers of a scene, and those of the actors of its SDF world, to the world; errors are added to `findings`.
+    """Add the movers of a scene and the actors of its SDF world to the world; errors are added to `findings`.
 
     Args:
         spec: the world; it has the routes of actors.

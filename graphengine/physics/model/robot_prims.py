@@ -115,9 +115,9 @@ class _PrimBuilder:
     def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
         """Return the facts of a material's prim about its use: `floor`, `bodies` and `frames`.
 
-        `floor` is the friction of the floor. `bodies` says for each body with the material whether it is a wheel. For a material
-        with a direction, `frames` has the path of the link in whose frame the direction is given, by body. A link that is the
-        world itself is left out, because its colliders cannot be distinguished from those of the world.
+        `floor` is the friction of the floor. `bodies` is a dict from each body with the material to whether the body is a wheel.
+        For a material with a direction, `frames` has the path of the link in whose frame the direction is given, by body. A link
+        that is the world itself is left out, because its colliders cannot be told apart from the colliders of the world.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}

@@ -29,7 +29,8 @@ MOST_CELLS = 25_000_000
 SMALLEST_CELL = 1e-4
 """Smallest side of a cell, m."""
 FARTHEST = 1e6
-"""Greatest magnitude of a coordinate, m; with greater ones, rounding errors exceed the margin between touching and overlap."""
+"""Greatest magnitude of a coordinate, m; with greater coordinates, rounding errors exceed the margin between touching and
+overlap."""
 
 Point = tuple[float, float]
 Rectangle = tuple[Point, Point]

@@ -1,6 +1,6 @@
 """A light beam sensor: one beam or a curtain of parallel beams; the sensor detects which beams are broken.
 
-The beams hit the same objects as the beams of a lidar. They are cast when the sensor is read.
+The beams hit the same geoms as the beams of a lidar. They are cast when the sensor is read.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 def corner_points(simulation: Simulation, chosen: Bools, otherwise: Floats) -> Floats:
-    """Return the corners of the boxes around the visible geoms among those in `chosen`, in the world frame, m, shape (n, 3).
+    """Return the corners of the boxes around the visible geoms in `chosen`, in the world frame, m, shape (n, 3).
 
     If none is visible, return the corners of a cube of 1 m around the point `otherwise`.
     """

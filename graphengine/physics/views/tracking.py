@@ -26,7 +26,7 @@ ONE, MANY = 0.42, 0.85
 BEHIND = tuple(math.radians(degrees) for degrees in (17.0, 32.0, 47.0, 62.0))
 """Angles between the line of sight of a camera that follows a robot and the floor; the first one without an obstacle is taken."""
 TURNING, RAISING, MOVING, RESIZING, RETURNING = 0.6, 0.4, 0.25, 1.0, 1.5
-"""Time constants with which a camera turns, rises, follows place and size of a robot, and moves back after an obstacle, s."""
+"""Time constants with which a camera turns, rises, follows position and size of a robot, and moves back after an obstacle, s."""
 GAP = 0.95
 """Distance of a camera from the robot before an obstacle, divided by the length of the free way."""
 NEAREST = 0.2

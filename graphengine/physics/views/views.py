@@ -107,7 +107,7 @@ class ViewRenderer:
 
     Args:
         simulation: world to show.
-        shadow_map: side of the shadow map, texels; half of it saves half of the time.
+        shadow_map: side of the shadow map, texels; a map with half the side takes half the time.
     """
 
     def __init__(self, simulation: Simulation, shadow_map: int = SHADOW_MAP) -> None:

@@ -1,7 +1,7 @@
 """Trees of bounding boxes: a ray that misses a box also misses everything in it.
 
-A tree is an array of nodes in depth-first order. To walk it, a ray needs only an index: if it hits a node's box, it continues
-with the next node, otherwise with the node after the last descendant.
+A tree is an array of nodes in depth-first order. To walk a tree, a ray needs only an index. A ray that hits a node's box
+continues with the next node, any other ray with the node after the last descendant.
 """
 
 from __future__ import annotations
