@@ -28,7 +28,7 @@ class LoadedWorld:
 
     Attributes:
         simulation: physics and sensors; implements `devices.backend.World`.
-        robots: robots by name; first the robots of the scene file in order, then the added robots in order.
+        robots: a dict from name to robot; first the robots of the scene file in order, then the added robots in order.
         scenery: editable models from which any set of robots can be compiled.
     """
 

@@ -67,7 +67,7 @@ H = TypeVar("H", bound=Handle[Any])
 
 
 class HandleTable:
-    """The handles of a simulation, by handle class and key.
+    """The handles of a simulation; a handle is found by its class and key.
 
     Attributes:
         watching: handles whose `sees_steps` is true.

@@ -35,7 +35,8 @@ def robot_reset(
     Args:
         simulation: the simulation.
         robot: prim of the robot.
-        joints: positions of joints that do not mimic others, rad or m, by name; other joints return to their initial positions.
+        joints: a dict from the name of a joint that does not mimic another one to its position, rad or m; other joints return to
+            their initial positions.
         keyframe: keyframe of the robot's own model, instead of the initial state; None for the initial state.
     """
     prefix, model, before = f"{robot.entity_name}/", simulation.model, copy.copy(simulation.data)

@@ -31,7 +31,7 @@ class SavedState:
         parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces, welds and faults.
         surfaces: names of the bodies that have moving surfaces.
         handles: state of each handle, for example sensor samples; the keys are handle class and handle key.
-        held: coordinates of the bodies that are held at their poses, by path of the placed prim.
+        held: a dict from the path of a placed prim to the coordinates at which its body is held.
     """
 
     counts: Any

@@ -77,7 +77,7 @@ class SimulationModel(Stateful):
         self.realtime = False
         """Whether late camera images are dropped; if False, the tick in which an image is due waits for it."""
         self.dropped_pictures: dict[str, int] = {}
-        """Number of images dropped since play, by prim path of the camera."""
+        """A dict from the prim path of a camera to the number of its images dropped since play."""
         self.clamps_commands = True
         """Whether a command beyond a joint's limits is clamped; otherwise it is applied unchanged."""
         self.clamped_commands: dict[str, int] = {}
@@ -91,7 +91,7 @@ class SimulationModel(Stateful):
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
         self.faults = Faults()
-        """Faults of sensors, by prim path."""
+        """Faults of sensors; the keys are prim paths."""
         self.pushes = Pushes()
         self.surfaces = MovingSurfaces()
         self.movers = Movers(self.tick_period, substeps)
@@ -99,7 +99,7 @@ class SimulationModel(Stateful):
         self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
         """Function that recompiles the model with moving surfaces on the named bodies; `LoadedWorld` sets it."""
         self.held: dict[str, HeldBody] = {}
-        """Bodies that were placed and are held at their poses, by path of the placed prim."""
+        """A dict from the path of a placed prim to its body, which is held at its pose."""
         self._built_gravity = model.opt.gravity.copy()
         self.rebind(model, initial_data(model, stage))
 

@@ -1,7 +1,7 @@
 """Keeps drives within their maximum forces, by reducing before each step the force that their set points demand.
 
-MuJoCo's own force limits (`forcerange`, `actuatorfrcrange`) do not work with stiff drives: a servo whose force is clipped loses
-its implicit damping, and the joint oscillates about its target. So the force of a step is not clipped; its demand is reduced.
+MuJoCo's own force limits (`forcerange`, `actuatorfrcrange`) do not work with stiff drives: a servo with a clipped force loses its
+implicit damping, and its joint oscillates about the target. So the force of a step is not clipped; its demand is reduced.
 
 A drive has the stiffness kp, the damping kd, the set points q* and v*, and the maximum force M. Its joint has the position q, the
 velocity v, and the acceleration a in a step of length h. At the end of the step, the drive exerts F = f - G a. The demand f is

@@ -30,7 +30,7 @@ def start_robot(
         robot: prim of the robot.
         model: compiled model.
         data: state that is changed.
-        positions: positions by joint name, rad or m.
+        positions: a dict from joint name to position, rad or m.
         keyframe: keyframe of the robot's own model, or None.
         others: whether servos also hold the joints without a position in `positions`, where they are.
     """

@@ -30,7 +30,7 @@ class MovingSurfaces(Stateful):
     """The moving surfaces of a compiled model; `bound_to` looks them up.
 
     Attributes:
-        velocities: velocity of each surface, by the name of its body.
+        velocities: a dict from the name of a body to the velocity of its surface.
     """
 
     kept = ("velocities",)

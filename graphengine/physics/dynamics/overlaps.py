@@ -45,10 +45,9 @@ def overlaps(
 
 
 def _touches(data: mujoco.MjData) -> Iterator[tuple[int, int, float, float]]:
-    """Yield each contact of two geoms twice, once for each: its id, that of the other geom, the depth (m) and how far up it is.
+    """Yield each contact of two geoms twice, once for each geom: ids of this and the other geom, depth (m), and rise.
 
-    How far up: the vertical component of the contact's normal, which points from the other geom to the geom; 1 if the other
-    geom is below.
+    The rise is the vertical component of the contact normal from the other geom to this geom; it is 1 if the other geom is below.
     """
     contact = data.contact
     chosen = (contact.dist < 0.0) & (contact.geom >= 0).all(axis=1)

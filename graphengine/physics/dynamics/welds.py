@@ -38,7 +38,7 @@ class Welds(Stateful):
     """The welds of a compiled model that are active; `bound_to` finds them in another compiled model.
 
     Attributes:
-        held: the name of the held body and MuJoCo's `eq_data` for each active weld, by the weld's name.
+        held: a dict from the name of each active weld to the name of the held body and MuJoCo's `eq_data`.
     """
 
     kept = ("held",)

@@ -57,7 +57,7 @@ class MujocoEntities:
         self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
         """Cached result of `_find_owners`, and the model for which it is valid."""
         self._touching: tuple[mujoco.MjModel | None, dict[str, TouchedGeoms]] = None, {}
-        """The model, and for its entities the handles that `touched` reads, by name."""
+        """The model, and a dict from the name of an entity to the handle that `touched` reads."""
 
     def all(self) -> list[Entity]:
         """Return robots in the order of the stage, then the world's own bodies."""
@@ -136,7 +136,7 @@ class MujocoEntities:
         return self._named(overlaps(simulation.model, simulation.data, self.roots(self._find(name)), floors=floors))
 
     def _obstacles(self, name: str, root: int, pose: Pose) -> list[Overlap]:
-        """Return the overlaps that an entity would have with its topmost body at a pose, unless it has them already.
+        """Return the overlaps that an entity would have with its topmost body at a pose, except its present overlaps.
 
         They are computed in a copy of the state; the simulation does not change.
         """
@@ -197,7 +197,7 @@ class MujocoEntities:
         return model, data
 
     def touching(self) -> dict[str, Overlap]:
-        """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""
+        """Return a dict from the name of each entity that touches a body other than its support to its deepest contact."""
         found = touching(self._simulation.model, self._simulation.data, self._find_owners())
         return {name: Overlap(self._owner(geom), depth) for name, (depth, geom) in found.items()}
 
@@ -316,7 +316,7 @@ def _check(name: str, **quantities: Iterable[float] | None) -> None:
 
     Args:
         name: name of the entity, for the message.
-        quantities: components of each quantity, by its name for the message; None for a quantity that is not given.
+        quantities: a dict from the name of each quantity in the message to its components; None for a quantity that is not given.
     """
     for what, values in quantities.items():
         for value in values or ():

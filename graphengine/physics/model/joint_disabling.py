@@ -73,7 +73,7 @@ def disable_joints(file: RobotFile, description: RobotDescription, findings: Fin
 
 
 def _disabled(file: RobotFile, description: RobotDescription) -> dict[str, Span]:
-    """Return the source location that disables each joint, by joint name; parents come before their children."""
+    """Return a dict from each disabled joint to the source location that disables it; parents come before children."""
     spec = file.spec
     off: dict[str, Span] = {}
     for link in description.depth_first():

@@ -26,7 +26,7 @@ def check_starts(
     """Add an error for each start position that a joint cannot have.
 
     Args:
-        starts: start positions (rad or m) in a robot file or scene with their source locations, by joint name.
+        starts: a dict from joint name to start position (rad or m) and its source location in a robot file or scene.
         description: robot description with the joints.
         disabled: names of disabled joints, which do not move.
         findings: receives the errors.

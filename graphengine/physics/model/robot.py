@@ -38,9 +38,9 @@ class RobotInstance:
         file: robot file, merged with the files that it extends.
         description: robot description, with the joint origins and limits of the robot file applied.
         urdf_text: the same description as XML, for robot_state_publisher.
-        profiles: profiles of the robot's sensors, by sensor name.
+        profiles: a dict from sensor name to the profile of the sensor.
         moving: moving joints, in order of the articulation.
-        drives: drives of moving joints, by joint name; joints without a drive are absent.
+        drives: a dict from the name of a moving joint to its drive; joints without a drive are absent.
         disabled: disabled joints, and the link that moves freely as a result.
         floor: friction coefficient of the floor.
     """
@@ -83,7 +83,7 @@ class RobotInstance:
 
     @property
     def starts(self) -> dict[str, float]:
-        """Start position (rad or m) of each moving joint that has one, by name.
+        """A dict from the name of a moving joint to its start position (rad or m); joints without a start position are absent.
 
         The scene overrides the robot file, which overrides the keyframe. For a mimic joint without a start position, the position
         follows from that of its leader.
@@ -109,7 +109,7 @@ class RobotInstance:
 
     @property
     def actuators(self) -> dict[str, str]:
-        """Name of the joint that each actuator of the MuJoCo model drives, by actuator name; empty for other targets.
+        """A dict from the name of each actuator of the MuJoCo model to the name of its joint; an empty name for other targets.
 
         Actuators are left out if they have the name of a joint, or if the robot file replaces them by a drive.
         """
@@ -120,13 +120,13 @@ class RobotInstance:
 
     @property
     def other_actuators(self) -> dict[str, Drive]:
-        """Drives of actuators in the MuJoCo model whose target is not a single hinge or slide joint, by actuator name."""
+        """A dict from actuator name to drive, for actuators of the MuJoCo model that do not act on one hinge or slide joint."""
         known = {each.name: each.drive for each in self.description.actuators}
         return {name: known[name] for name, joint in self.actuators.items() if not joint}
 
     @property
     def wheel_radii(self) -> dict[str, float]:
-        """Radius (m) of the wheel on each moving joint that carries a wheel, by joint name."""
+        """A dict from the name of each moving joint that carries a wheel to the radius of the wheel, m."""
         return {wheel.joint: wheel.radius for wheel in self.description.wheels(self.moving, wheel_shapes(self.spec))}
 
     @property
@@ -144,7 +144,7 @@ class RobotInstance:
 
 
 def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
-    """Return radius and offset along the axle (m) of wheels whose colliders the robot file replaces, by link name."""
+    """Return a dict from link to radius and offset along the axle (m), for wheels with colliders of the robot file."""
     shapes = spec.wheel_colliders.items()
     return {link: (shape.radius, shape.offset) for link, shape in shapes if isinstance(shape, WheelColliderSpec)}
 
@@ -244,7 +244,7 @@ def _check_model(file: RobotFile, description: RobotDescription, findings: Findi
 
 
 def _drives(file: RobotFile, description: RobotDescription, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
-    """Return the drives of moving joints by joint name, from the robot file and the actuators of a MuJoCo model."""
+    """Return a dict from the name of a moving joint to its drive, from the robot file or an actuator of a MuJoCo model."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = description.joints[name]

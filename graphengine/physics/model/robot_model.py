@@ -252,7 +252,7 @@ def _excluded_pairs(robot: RobotInstance) -> Iterator[tuple[str, str]]:
 
 
 def _rigid(description: RobotDescription) -> dict[str, str]:
-    """Return the name of the topmost link that is rigidly connected to each link, by link name."""
+    """Return a dict from the name of each link to the name of the topmost link to which it is rigidly connected."""
     top: dict[str, str] = {}
     for link in description.depth_first():
         fixed = link.carrier is not None and not link.carrier.moves

@@ -116,8 +116,9 @@ class _PrimBuilder:
         """Return the facts of a material's prim about its use: `floor`, `bodies` and `frames`.
 
         `floor` is the friction of the floor. `bodies` is a dict from each body with the material to whether the body is a wheel.
-        For a material with a direction, `frames` has the path of the link in whose frame the direction is given, by body. A link
-        that is the world itself is left out, because its colliders cannot be told apart from the colliders of the world.
+        For a material with a direction, `frames` is a dict from each body to the path of the link in whose frame the direction is
+        given. A link that is the world itself is left out, because its colliders cannot be told apart from the colliders of the
+        world.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
@@ -136,7 +137,7 @@ class _PrimBuilder:
             return None
 
     def _links(self) -> dict[str, str]:
-        """Define the prims of the robot and its links; return the prim path of each link, by link name."""
+        """Define the prims of the robot and its links; return a dict from link name to prim path."""
         robot = self.robot
         base = f"{robot.name}/{robot.spec.base_link}"
         position, orientation = robot.placement.pose

@@ -66,7 +66,7 @@ class Scenery:
         self._world_memory = library.memory
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
         self._kinds: dict[str, _RobotKind | None] = {}
-        """Robots by path of the file, or by text of the description; None for a robot with errors."""
+        """A dict from the path of a file, or the text of a description, to the robot; None for a robot with errors."""
 
     def copy(self, files: Files) -> Scenery:
         """Return a copy that reads further robots from `files` independently of this one."""
@@ -165,7 +165,7 @@ class Scenery:
         """Compile the world with the given robots; return None if MuJoCo reports an error.
 
         Args:
-            robots: robots that `robot` returned, by name.
+            robots: a dict from name to a robot that `robot` returned.
             findings: receives errors and warnings of MuJoCo.
             surfaces: names of bodies that get a moving surface; unknown names are skipped.
         """

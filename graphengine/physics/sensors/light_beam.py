@@ -61,7 +61,7 @@ class LightCurtain(RayBundle):
         super()._set_up()
 
     def reading(self) -> BeamReading:
-        """Cast the beams; return whether each beam is broken, its depth (m) and the positions of both its ends."""
+        """Cast the beams; return for each beam whether it is broken, the depth (m), and the positions of both ends."""
         position, rotation = self.frame()
         hits = self.cast(position, rotation)
         ends = self._origins + hits.depths[:, None] * self._directions

@@ -79,9 +79,9 @@ class TickSampled(Sampled, Generic[S]):
         self._newest = None
 
     def reading(self) -> S:
-        """Return the newest sample, which is measured when it is first requested in its tick; all callers get the same object.
+        """Return the newest sample. It is measured at the first request in its tick; all callers get the same object.
 
-        If no node requested the sample in its tick, it is measured now with its own number and the current time, and not kept.
+        A sample that no node requested in its tick is measured now, with its own number and the current time, and is not kept.
         """
         index = self.index
         if self._newest is not None and self._newest[0] == index:
