@@ -56,7 +56,7 @@ class Handle(Stateful, Generic[S]):
         """
 
     def see_forces(self) -> None:
-        """Observe the contact forces of a physics step; body poses are still those before the step."""
+        """Observe the contact forces of a physics step; the body poses are still the poses before the step."""
 
     def see_motion(self) -> None:
         """Observe the state after a physics step."""
@@ -69,7 +69,7 @@ H = TypeVar("H", bound=Handle[Any])
 
 
 class HandleTable:
-    """The handles of a simulation, by handle class and key.
+    """The handles of a simulation; a handle is found by its class and key.
 
     Attributes:
         watching: handles whose `sees_steps` is true.

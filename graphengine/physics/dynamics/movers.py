@@ -47,7 +47,7 @@ class Movers:
         self._motions: dict[str, tuple[str, MoverMotion]] = {}
         """Text of the route of each mover, and its motion."""
         self._origins: list[tuple[Coordinates, int]] = []
-        """Place of each mover at which its joints have the coordinate 0, and the number of its joints."""
+        """Position of each mover at which its joints have the coordinate 0, and the number of its joints."""
         self._positions = self._velocities = np.empty(0)
 
     @property

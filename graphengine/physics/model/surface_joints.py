@@ -1,4 +1,4 @@
-"""Adds the joints that let a body have a surface velocity or follow a route; `moving_surfaces` says how they work."""
+"""Adds the joints with which a body has a surface velocity or follows a route; `moving_surfaces` explains how they work."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RISING = [*FLAT, JOINTS[2]]
 
 
 def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
-    """Add the joints of movers, and those of a moving surface to the named bodies of a model; unknown names are skipped.
+    """Add joints to the movers of a model, and surface joints to the named bodies; unknown names are skipped.
 
     The joints do not make the bodies collide with bodies that are fixed to the same parent, such as the floor and other belts.
     """

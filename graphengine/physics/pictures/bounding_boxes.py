@@ -1,4 +1,4 @@
-"""Computes oriented 3D bounding boxes of a model's bodies, as an ideal detector would report them."""
+"""Computes the oriented 3D bounding boxes that an ideal detector would report for the bodies of a model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Captures the visible state of a model, so that it can be rendered while the simulation continues.
+"""Captures the visible state of a model. The state can be rendered while the simulation continues.
 
 A MuJoCo scene (MjvScene) contains everything that rendering needs, so only the thread that steps the simulation reads the state.
 """
@@ -16,7 +16,8 @@ from graphengine.descriptions.engine import NEITHER, PICTURES, RAYS_AND_PICTURES
 from graphengine.devices.rotation import Pose, Quaternion, rotate
 
 SKY = 0.7
-"""Distance at which MuJoCo draws the sky, as a fraction of the far plane's distance; the sky hides objects behind it."""
+"""Distance at which MuJoCo draws the sky, divided by the distance of the far plane. The sky hides objects that are farther
+away."""
 
 SEEN = [group in (RAYS_AND_PICTURES, 1, PICTURES) for group in range(6)]
 """Whether images show the geoms of each geom group."""
@@ -37,7 +38,7 @@ class Lens:
         half_height: tangent of half the vertical field of view; for a parallel projection, half the height of the image, m.
         near: distance of the near plane, m.
         far: distance of the far plane, m.
-        parallel: whether the projection is parallel, as for a plan.
+        parallel: whether the projection is parallel; plans use this projection.
     """
 
     size: tuple[int, int]
@@ -137,14 +138,15 @@ class FrameCapture:
     def capture(
         self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False
     ) -> Shot:
-        """Capture what a camera sees of a state.
+        """Capture the part of a state that a camera sees.
 
         Args:
             data: state of the model.
             pose: pose of the camera.
             lens: lens of the camera.
             segmentation: whether a segmentation can also be rendered from the shot.
-            whole: whether to include objects outside the view, which may cast shadows into it; leaving them out saves time.
+            whole: whether to include bodies outside the view. They may cast shadows into the view; capturing without them is
+                faster.
         """
         scene = self._idle.pop() if self._idle else mujoco.MjvScene(self.model, self._capacity)
         lens.aim(scene, pose)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
 
 NICENESS = 10
-"""Niceness of the render thread, so that the thread that steps the simulation has priority."""
+"""Niceness of the render thread. It gives priority to the thread that steps the simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class RenderThread(Stateful):
         return self._labels
 
     def expect(self, lens: Lens) -> None:
-        """Announce a lens, so that the first renderer is large enough for the images of this lens."""
+        """Announce a lens. The first renderer is then made large enough for the images of this lens."""
         self._size = max(self._size[0], lens.size[0]), max(self._size[1], lens.size[1])
         self._far = max(self._far, lens.far)
 

@@ -82,10 +82,8 @@ class Renderer:
 
     def fits(self, shot: Shot) -> bool:
         """Return whether this renderer can draw a shot: same model, and large enough in size and distance."""
-        width, height = shot.lens.size
-        return (
-            shot.model is self.model and width <= self.size[0] and height <= self.size[1] and shot.lens.far <= self.far
-        )
+        (width, height), far = shot.lens.size, shot.lens.far
+        return shot.model is self.model and width <= self.size[0] and height <= self.size[1] and far <= self.far
 
     def draw(self, shot: Shot) -> Image:
         """Draw colours and depths in one pass, and the segmentation in another one if requested.
@@ -168,7 +166,7 @@ def distances(lens: Lens, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
 
     OpenGL stores matrices in single precision, and one entry of MuJoCo's projection matrix is a small difference of numbers near
     1. The error of this entry is up to 6e-8, which corresponds to 2 mm at 20 m. Here the entry is computed with the same
-    precision, so that the error cancels out.
+    precision. So the error cancels out.
     """
     near, far = np.float32(lens.near), np.float32(lens.far)
     metres: NDArray[np.float32]

@@ -98,7 +98,7 @@ class ViewCamera:
 
 
 def find_view(simulation: Simulation, name: str, size: Size) -> View:
-    """Return the view with a given name, which must be one of `names`, for the current state of the simulation."""
+    """Return the view with a given name for the current state of the simulation; the name must be one of `names`."""
     return ViewCamera(simulation, name, size).view()
 
 
@@ -107,7 +107,7 @@ class ViewRenderer:
 
     Args:
         simulation: world to show.
-        shadow_map: side of the shadow map, texels; half of it saves half of the time.
+        shadow_map: side of the shadow map, texels; a map with half the side takes half the time.
     """
 
     def __init__(self, simulation: Simulation, shadow_map: int = SHADOW_MAP) -> None:
@@ -165,7 +165,7 @@ def _light(shot: Shot, view: View) -> None:
 
 
 def _add_sky(shot: Shot, view: View) -> None:
-    """Put a wall of the sky's colour behind all objects, if the model has no sky, which MuJoCo would draw black."""
+    """Put a wall of the sky's colour behind all bodies if the model has no sky; MuJoCo would draw a black background."""
     if mujoco.mjtTexture.mjTEXTURE_SKYBOX in shot.model.tex_type:
         return
     (place, turn), lens, scene = view.pose, view.lens, shot.scene

@@ -1,4 +1,4 @@
-"""Finds where a ray hits the surface of a geom. Surfaces are the same as those of `mj_ray`."""
+"""Finds where a ray hits the surface of a geom. The surfaces are the same as in `mj_ray`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
 
 @part
 def _first(near: float, far: float) -> float:
-    """Return the smaller of two distances, at which a line enters and leaves a shape, that is not negative; else infinity."""
+    """Return the smaller non-negative one of the distances at which a line enters and leaves a shape; infinity without one."""
     if near >= 0.0:
         return near
     return far if far >= 0.0 else math.inf
@@ -66,7 +66,7 @@ def _box(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _plane(size: Vector, start: Vector, way: Vector) -> float:
-    """Return the distance to the front of a plane, whose `size` limits it unless it is 0; infinity without a hit."""
+    """Return the distance to the front of a plane; infinity without a hit. A `size` of 0 stands for an infinite plane."""
     if way[2] > -TINY or start[2] < 0.0:
         return math.inf
     distance = -start[2] / way[2]
