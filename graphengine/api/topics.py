@@ -76,9 +76,9 @@ class Subscription(Generic[M]):
         """The newest messages, at most `keep`, oldest first. The arrays in the messages are read-only."""
         return [self._decode(data) for data in tuple(self._kept)]
 
-    def newest(self, count: int) -> list[M]:
-        """Return the newest messages, at most `count` of those that are kept, oldest first."""
-        return [self._decode(data) for data in tuple(self._kept)[len(self._kept) - min(count, len(self._kept)) :]]
+    def newest_data(self, count: int) -> list[bytes]:
+        """Return the newest messages as CDR data, at most `count` of those that are kept, oldest first."""
+        return list(self._kept)[-count:] if count else []
 
     @property
     def received(self) -> int:

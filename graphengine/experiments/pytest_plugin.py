@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from graphengine.experiments.scenario import Case, Scenario
 
 SUFFIX = ".scenario.yaml"
+_IS_EMPTY_SHARD = pytest.StashKey[bool]()
+"""Whether there are tests, but none in the shard; with xdist, the workers report it."""
 _SESSIONS = pytest.StashKey[list["Session"]]()
 """Sessions that a test has started by the fixture."""
 
@@ -58,7 +60,32 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         except UsageError as error:
             raise pytest.UsageError(str(error)) from None
         config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
+        config.stash[_IS_EMPTY_SHARD] = bool(items) and not kept
         items[:] = kept
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take over from a worker of xdist whether the shard has no tests."""
+    node.config.stash[_IS_EMPTY_SHARD] = getattr(node, "workeroutput", {}).get("is_empty_shard", False)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    """Let a shard without tests end with the exit code 0: there are more shards than tests."""
+    empty = session.config.stash.get(_IS_EMPTY_SHARD, False)
+    if empty and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = pytest.ExitCode.OK
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["is_empty_shard"] = empty
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Say that the shard has no tests."""
+    if config.stash.get(_IS_EMPTY_SHARD, False):
+        from graphengine.experiments.runs import NO_CASES
+
+        terminalreporter.write_line(NO_CASES.format(config.option.shard))
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

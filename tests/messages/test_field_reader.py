@@ -32,11 +32,11 @@ ODOMETRY = "nav_msgs/msg/Odometry"
 
 def numbers(message: Any) -> Iterator[str]:
     """The paths of all numbers of a message."""
-    for name in message.__dataclass_fields__:
+    for name, _ in DEFINITIONS.fields(message.__msgtype__):
         value = getattr(message, name)
-        if hasattr(value, "__dataclass_fields__"):
+        if hasattr(value, "__msgtype__"):
             yield from (f"{name}.{rest}" for rest in numbers(value))
-        elif isinstance(value, bool | int | float) and not name.startswith("__"):
+        elif isinstance(value, bool | int | float):
             yield name
 
 
@@ -49,10 +49,10 @@ def test_each_number_has_the_value_that_the_decoder_gives(message_type: str) -> 
         decoded = messages.decode(data, message_type)
         for path in numbers(message):
             reader = number_reader(message_type, path)
-            if reader is not None:
-                np.testing.assert_equal(reader(data), attrgetter(path)(decoded))
-                read += 1
-    assert read or "MultiArray" in message_type  # a sequence of messages precedes `data_offset`
+            assert reader is not None
+            np.testing.assert_equal(reader(data), attrgetter(path)(decoded))
+            read += 1
+    assert read
 
 
 @pytest.mark.parametrize("path", ["header.frame_id", "pose.covariance", "pose", "twist.twist.linear.w", "header"])

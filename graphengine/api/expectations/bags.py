@@ -206,9 +206,9 @@ class _Topic:
     def latest(self) -> Any:
         return self._decode(self.latest_data) if self.latest_data is not None else None
 
-    def newest(self, count: int) -> list[Any]:
+    def newest_data(self, count: int) -> list[bytes]:
         """Return the newest message; an empty list if `count` is 0 or no message has arrived."""
-        return [self.latest] if count > 0 and self.latest_data is not None else []
+        return [self.latest_data] if count > 0 and self.latest_data is not None else []
 
     def nanoseconds(self, data: bytes) -> int:
         """Return the time (ns) in a message of `/clock`."""

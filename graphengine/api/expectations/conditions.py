@@ -120,7 +120,7 @@ class Expression:
     def _evaluate(self) -> Callable[[], Any]:
         code = SamplingCode()
         first, *others = code.add(self)
-        return code.function("", [f"return {first} if {first} is None else ({', '.join([first, *others])})"])
+        return code.function([f"return {first} if {first} is None else ({', '.join([first, *others])})"])
 
     def number(self) -> float | None:
         """Return the current value; None while a reading has no value.

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.api.checks import Check, Outcome
 from graphengine.api.expectations.conditions import Condition, Readings, ReadingState
 from graphengine.api.expectations.judging import Judging
 from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
-from graphengine.api.expectations.readings import Source, readings_of
-from graphengine.api.checks import Check, Outcome
+from graphengine.api.expectations.readings import SessionSource, Source, readings_of
 from graphengine.api.runner import AfterTick
 from graphengine.api.session import Session
 from graphengine.format.errors import GraphError, UsageError
@@ -57,7 +57,7 @@ class Expectation:
         Raises:
             UsageError: a condition is not legal, or names something that the session does not have.
         """
-        return ExpectationCheck(self, session, readings_of(session))
+        return ExpectationCheck(self, SessionSource(session), readings_of(session))
 
 
 def always(condition: str) -> Expectation:

@@ -68,11 +68,11 @@ class Judging(AfterTick):
 
     def _generated(self) -> Callable[[float], Exception | None]:
         """Return a function that judges all checks without an error; it changes nothing and returns the error if one occurs."""
-        code, lines = SamplingCode(), []
+        code, lines = SamplingCode(time="time"), []
         for check in self.checks:
             if not check.error:
                 lines += _judgement(code, check)
-        return code.function("time", lines, "return error")
+        return code.function(lines, "return error")
 
 
 def _judgement(code: SamplingCode, check: ExpectationCheck) -> list[str]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
-from functools import lru_cache
+from functools import lru_cache, partial
 from operator import itemgetter
 from typing import Any, Protocol
 
@@ -82,7 +82,7 @@ def readings_of(session: Session) -> Readings:
     def port(address: str) -> Reading:
         value = session.value(address)
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
-        return Reading(lambda: session._port_value(address), kind)
+        return Reading(partial(session._port_value, address), kind)
 
     def frame(place: Place) -> Shared:
         """Return the pose of a body, or the position of a point."""
@@ -180,7 +180,7 @@ class SessionSource:
     @property
     def time(self) -> float:
         """Simulation time, s."""
-        return self._runner.session.time
+        return self._runner.session.clock.time
 
     @property
     def tick(self) -> int:
@@ -195,16 +195,17 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
         source: a session or a bag.
         epoch: ROS time at the time 0 of the source, ns.
     """
+    time = "time", lambda: source.time
     return {
-        "time": lambda: Reading(lambda: source.time),
+        "time": lambda: Reading(float, of=(time,)),
         "message": lambda topic: _newest(source.subscribe(topic, keep=1)),
         "age": lambda topic: _reading(_Age(source, topic, epoch)),
-        "rate": lambda topic, over=1.0: _reading(_Rate(source, topic, over)),
+        "rate": lambda topic, over=1.0: _reading(_Rate(source, topic, over), time),
     }
 
 
-def _reading(state: _Age | _Rate) -> Reading:
-    return Reading(state, state=state, arrives=True)
+def _reading(state: _Age | _Rate, *of: Shared) -> Reading:
+    return Reading(state, state=state, arrives=True, of=of)
 
 
 def _is_vector(value: Any) -> bool:
@@ -233,7 +234,7 @@ def _newest(arrivals: Any) -> Reading:
 
 def _tilt(pose: Pose) -> float:
     _, (x, y, _, _) = pose
-    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
+    return math.acos(max(-1.0, 1.0 - 2.0 * (x * x + y * y)))
 
 
 @lru_cache(maxsize=1000)
@@ -250,6 +251,10 @@ class _Age(ReadingState):
         self._source = source
         self._arrivals = source.subscribe(topic, keep=KEPT)
         self._topic, self._epoch = topic, divmod(epoch, 10**9)
+        self._seconds, self._nanoseconds = (
+            number_reader(self._arrivals.type, f"header.stamp.{name}", self._arrivals.definitions)
+            for name in ("sec", "nanosec")
+        )
         self._last = 0
         """Number of messages that had arrived at the last reading."""
         self.reset()
@@ -262,14 +267,14 @@ class _Age(ReadingState):
     def __call__(self) -> float | None:
         if (tick := self._source.tick) != self._tick:
             new, self._last = self._arrivals.received - self._last, self._arrivals.received
-            self._tick, self._value = tick, max(map(self._age, self._arrivals.newest(new) if new else ()), default=None)
+            self._tick, self._value = tick, max(map(self._age, self._arrivals.newest_data(new)), default=None)
         return self._value
 
-    def _age(self, message: Any) -> float:
-        if not hasattr(message, "header"):
+    def _age(self, data: bytes) -> float:
+        if self._seconds is None or self._nanoseconds is None:
             raise UsageError(f"age: the messages of {self._topic} have no header with a stamp")
-        stamp, (seconds, nanoseconds) = message.header.stamp, self._epoch
-        return float(self._source.time + (seconds - stamp.sec) + 1e-9 * (nanoseconds - stamp.nanosec))
+        seconds, nanoseconds = self._epoch
+        return self._source.time + (seconds - self._seconds(data)) + 1e-9 * (nanoseconds - self._nanoseconds(data))
 
 
 class _Rate(ReadingState):
@@ -301,8 +306,7 @@ class _Rate(ReadingState):
     def _count(self, count: int) -> None:
         self._before = int(self._arrivals.received) - count
 
-    def __call__(self) -> float | None:
-        time = self._source.time
+    def __call__(self, time: float) -> float | None:
         elapsed = time - self._begin
         if elapsed <= 0.0:
             if self._value is None:

@@ -19,9 +19,12 @@ if TYPE_CHECKING:
 
 MAX_EXPONENT = 16
 """Largest exponent of powers that plain Python computes, as floats; the guard computes other powers and limits their size."""
-_NUMERIC = frozenset("abs atan2 ceil cos degrees floor hypot isfinite isnan radians sin sqrt tan".split())
-_COLLECTIVE = frozenset("len max min sum".split())
-_CONSTANTS = frozenset("e inf nan pi tau".split())
+_NUMERIC = (
+    *("abs", "atan2", "ceil", "cos", "degrees", "floor", "hypot"),
+    *("isfinite", "isnan", "radians", "sin", "sqrt", "tan"),
+)
+_COLLECTIVE = ("len", "max", "min", "sum")
+_CONSTANTS = ("e", "inf", "nan", "pi", "tau")
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%"}
 _SIGNS = {ast.UAdd: "+", ast.USub: "-"}
 _ORDERS = {ast.Lt: ("<", 1), ast.LtE: ("<=", 1), ast.Gt: ("<", -1), ast.GtE: ("<=", -1)}
@@ -32,14 +35,19 @@ _LARGE = 1e15
 
 
 class SamplingCode:
-    """The body of a generated function that samples expressions."""
+    """The body of a generated function that samples expressions.
 
-    def __init__(self) -> None:
+    Args:
+        parameters: the parameters of the function by the names of the shared values that they contain.
+    """
+
+    def __init__(self, **parameters: str) -> None:
+        self._parameters = ", ".join(parameters.values())
         self._reads: list[str] = []
         """Statements that assign readings to variables."""
         self._lines: list[str] = []
         """Statements that compute the samples."""
-        self._variables: dict[object, str] = {}
+        self._variables: dict[Any, str] = dict(parameters)
         self._arriving: dict[str, None] = {}
         """Variables of the current expression that are None while no message has arrived."""
         self._expression: Expression
@@ -61,17 +69,16 @@ class SamplingCode:
         self._lines += [f"if {missing}: {kept[0]} = None", "else:", *(f" {line}" for line in lines)]
         return kept
 
-    def function(self, parameters: str, ending: Sequence[str], failed: str = "raise") -> Callable[..., Any]:
+    def function(self, ending: Sequence[str], failed: str = "raise") -> Callable[..., Any]:
         """Return the function.
 
         Args:
-            parameters: names of its parameters.
             ending: statements that follow the computation of the samples.
             failed: statement that is executed if this computation raises an `error`.
         """
         body = ["pass", *self._reads, *self._lines]
         lines = [" try:", *(f"  {line}" for line in body), f" except Exception as error: {failed}"]
-        source = "\n".join([f"def sampled({parameters}):", *lines, *(f" {line}" for line in ending)])
+        source = "\n".join([f"def sampled({self._parameters}):", *lines, *(f" {line}" for line in ending)])
         names = {**self.names, "Exception": Exception, "__builtins__": {}}
         exec(_code(source), names)
         made: Callable[..., Any] = names["sampled"]
@@ -174,11 +181,11 @@ class SamplingCode:
         return found.kind, self._variable(found, ".".join([text, *path]))
 
     def _variable(self, reading: Reading, text: str) -> str:
-        """Return the variable of a reading; all conditions share it unless its value depends on the messages since it was made."""
-        key = (text, id(self._expression)) if reading.arrives else text
+        """Return the variable of a reading, which all conditions share unless `reading.arrives`."""
+        key = text, id(self._expression) if reading.arrives else None
         for name, read in reading.of:
-            self._read((name, "shared"), read)
-        variable = self._read(key, reading.read, *(self._variables[name, "shared"] for name, _ in reading.of))
+            self._read(name, read)
+        variable = self._read(key, reading.read, *(self._variables[name] for name, _ in reading.of))
         if reading.arrives:
             self._arriving[variable] = None
         return variable

@@ -33,7 +33,7 @@ from graphengine.physics.core.robot_reset import robot_reset
 from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances, overlaps, touching
 from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.handles.motion_handles import CarriedPrim
-from graphengine.physics.handles.touched import TouchedGeoms, topmost_bodies
+from graphengine.physics.handles.touched_geoms import TouchedGeoms, topmost_bodies
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore

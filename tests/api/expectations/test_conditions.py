@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,11 +25,14 @@ class Pose:
     _secret: int = 0
 
 
+POSITION = {"position": Reading(lambda: (1.0, 2.0, 3.0), "vector")}
 READINGS: dict[str, Callable[..., Reading]] = {
     "x": lambda: Reading(lambda: 3.0),
     "time": lambda: Reading(lambda: 2.0),
     "touches": lambda name, other="": Reading(lambda: (name, other) == ("dd100", "wall")),
-    "pose": lambda name: Reading(lambda: Pose((1.0, 2.0, 3.0)), "other", {"position": Reading(lambda: (1.0, 2.0, 3.0), "vector")}.get),
+    "pose": lambda name: Reading(
+        lambda: Pose((1.0, 2.0, 3.0)), "other", {"position": Reading(lambda: (1.0, 2.0, 3.0), "vector")}.get
+    ),
     "port": lambda address: Reading(lambda: np.array([1.0, 4.0]), "vector"),
     "message": lambda topic: Reading(lambda: messages.Vector3(1.0, 2.0, INF), "other"),
     "word": lambda: Reading(lambda: "ready", "other"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.descriptions.engine import mujoco
 from graphengine.devices.stage import Prim
@@ -13,8 +14,8 @@ from graphengine.physics.core.handle_table import Handle
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
 
-_FEW = 40
-"""Number of contacts up to which a loop takes less time than functions of numpy."""
+_KEPT = 1000
+"""Maximum number of sets of contacts that a handle remembers."""
 
 
 def topmost_bodies(model: mujoco.MjModel, prim: Prim) -> list[int]:
@@ -47,8 +48,8 @@ class TouchedGeoms(Handle["SimulationCore"]):
         self._is_own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
         self._views: dict[int, tuple[Any, Any]] = {}
         """Views of MuJoCo's contacts, whose address is constant, for each number of contacts: pairs of geoms, distances (m)."""
-        self._others: dict[int, int] = {}
-        """For each pair of geoms, the geom that is not of the entity; -1 if both are or none is."""
+        self._near: dict[bytes, list[tuple[int, int]]] = {}
+        """The contacts of the entity, for each sequence of pairs of geoms: index of the contact, and geom of the other body."""
         self.named: tuple[tuple[int, ...], tuple[str, ...]] = (), ()
         self.geoms.clear()
 
@@ -65,25 +66,23 @@ class TouchedGeoms(Handle["SimulationCore"]):
             self._collect(count)
 
     def _collect(self, count: int) -> None:
-        pairs, distances = self._views.get(count) or self._view(count)
-        if count > _FEW:
-            near = self._is_own[pairs.view(np.int32)].any(axis=1)
-            pairs, distances = pairs[near], distances[near]
-        geoms, others = self.geoms, self._others
-        for index, (pair,) in enumerate(pairs.tolist()):
-            other = others.get(pair)
-            if other is None:
-                other = others[pair] = self._other(pair)
-            if other >= 0 and other not in geoms and distances[index] < 0.0:
-                geoms[other] = None
+        if count not in self._views:
+            self._views[count] = self._data.contact.geom.view(np.int64)[:, 0], self._data.contact.dist
+        pairs, distances = self._views[count]
+        near = self._near.get(pairs.tobytes())
+        if near is None:
+            near = self._find_near(pairs)
+        for index, other in near:
+            if other not in self.geoms and distances[index] < 0.0:
+                self.geoms[other] = None
 
-    def _view(self, count: int) -> tuple[Any, Any]:
-        contact = self._data.contact
-        self._views[count] = contact.geom.view(np.int64), contact.dist
-        return self._views[count]
-
-    def _other(self, pair: int) -> int:
-        first, second = np.array([pair]).view(np.int32).tolist()
-        if first < 0 or second < 0 or self._is_own[first] == self._is_own[second]:
-            return -1
-        return int(second if self._is_own[first] else first)
+    def _find_near(self, pairs: NDArray[np.int64]) -> list[tuple[int, int]]:
+        """Return the contacts of the entity with geoms of other bodies, and remember them."""
+        geoms = pairs.copy().view(np.int32).reshape(-1, 2)
+        own = self._is_own[geoms]
+        near = np.flatnonzero((geoms >= 0).all(axis=1) & (own[:, 0] != own[:, 1]))
+        if len(self._near) == _KEPT:
+            self._near.clear()
+        others = np.where(own[:, 0], geoms[:, 1], geoms[:, 0])[near]
+        found = self._near[pairs.tobytes()] = list(zip(near.tolist(), others.tolist(), strict=True))
+        return found
