@@ -31,8 +31,8 @@ def set_value(text: str, location: Location, value: Any, comment: str = "") -> s
         comment: text of a comment line above the value; it replaces a comment line there that begins with the same two words.
 
     Raises:
-        PatchError: the text has errors, the old value spans several lines, an alias repeats it, or the place of the new key is not
-            in a mapping.
+        PatchError: the text has errors, the old value spans several lines, an alias repeats the old value, or the new key would
+            not be in a mapping.
     """
     found = _read(text)
     expected = _with_value(found.data, location, value)
@@ -144,7 +144,7 @@ def _key_line(found: document.Document, location: Location) -> int:
 
 
 def _last_row(lines: list[str], first: int, column: int) -> int:
-    """Return the index of the last line of the block entry that begins in a line at a column; later comments are not part of it."""
+    """Return the index of the last line of the block entry that begins in a line at a column; later comments do not count."""
     last = first
     for row in range(first + 1, len(lines)):
         text = lines[row]

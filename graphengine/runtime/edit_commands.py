@@ -5,9 +5,9 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Field
 
+from graphengine.compiler.port_texts import listed
 from graphengine.format.errors import StateError, UsageError
 from graphengine.format.wording import unknown
 from graphengine.runtime.addresses import find_ports
@@ -51,7 +51,7 @@ class Save(_Edit):
         (port, *others) = find_ports(session.graphs, self.address, ("inputs",))
         if others:
             raise UsageError(f"{self.address} could mean {1 + len(others)} inputs; write the whole address")
-        return session.reloader.propose_value(port, plain_value(port.value) if self.value is None else self.value)
+        return session.reloader.propose_value(port, listed(port.value) if self.value is None else self.value)
 
 
 class Place(_Edit):
@@ -85,10 +85,3 @@ class Redo(_Edit):
 
     def _change(self, session: SessionCore) -> Any:
         return session.reloader.redo()
-
-
-def plain_value(value: Any) -> Any:
-    """Return the value of a port as it is written in a graph file."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return [plain_value(part) for part in value] if isinstance(value, tuple) else value

@@ -75,6 +75,11 @@ class Parameter:
         """Return an rcl_interfaces/Parameter with the name and type of this parameter, and the given value."""
         return parameter_message(self.name, self.type, listed(value))
 
+    def undo(self) -> Command:
+        """Return the command that sets the parameter to its present value; the parameter must not be read-only."""
+        assert self.command is not None
+        return self.command(listed(self.read()))
+
 
 USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")
 """The parameter `use_sim_time`, always true and read-only; ROS 2 tools expect it on every node."""

@@ -253,13 +253,11 @@ def _require_editable(scene: LoadedScene, files: Files, path: Path) -> None:
     if files.text(path) is not None:
         raise UsageError(f"{shown} is a text that a program gave, not a file")
     if any(path.resolve().is_relative_to((files.base / name).resolve()) for name in ("graphs", "scenes")):
-        raise UsageError(
-            f"{shown} ships with graphengine and is not changed\n  copy it into {near(str(folder))} and use the copy in your scene"
-        )
+        advice = f"copy it into {near(str(folder))} and use the copy in your scene"
+        raise UsageError(f"{shown} ships with graphengine and is not changed\n  {advice}")
     if Path(os.path.realpath(path)) != path or not path.is_relative_to(folder):
-        raise UsageError(
-            f"{shown} is outside of the scene's folder {near(str(folder))}, or a link; edit it in an editor"
-        )
+        where = f"outside of the scene's folder {near(str(folder))}, or a link"
+        raise UsageError(f"{shown} is {where}; edit it in an editor")
     if path in files.changed():
         raise UsageError(f"{shown} has changed since the session read it: reload it first")
 
