@@ -28,7 +28,7 @@ def test_a_contact_at_a_distance_is_no_touch(sim: ge.Session) -> None:
     """Of 60 balls, which MuJoCo lists as contacts in one order, the last one falls: sqrt(2 * 0.2 m / g) = 0.202 s."""
     ball = sim.body("ball_59")
     assert len(sim.mujoco.data.contact.geom) == 60
-    touched = []
+    touched: list[tuple[str, ...]] = []
     while len(touched) < 40 and (not touched or touched[-1] == ()):
         sim.step()
         touched.append(ball.touched)
@@ -40,10 +40,10 @@ def test_a_contact_at_a_distance_is_no_touch(sim: ge.Session) -> None:
 def test_the_contacts_of_one_tick_do_not_count_in_the_next(sim: ge.Session) -> None:
     ball = sim.body("ball_3")
     sim.run(1.0)
-    assert ball.touched == ("floor",)
+    assert "floor" in ball.touched
     sim.move("ball_3", position=(6.0, 0.0, 5.0))
     sim.step()
-    assert ball.touched == ()
+    assert not ball.touched
 
 
 def test_contacts_are_observed_after_a_return_to_a_checkpoint_from_before_the_first_observation(
@@ -51,11 +51,11 @@ def test_contacts_are_observed_after_a_return_to_a_checkpoint_from_before_the_fi
 ) -> None:
     mark = sim.checkpoint()
     ball = sim.body("ball_0")
-    assert ball.touched == ()
+    assert not ball.touched
     sim.restore(mark)
-    assert ball.touched == ()
+    assert not ball.touched
     sim.run(1.0)
-    assert ball.touched == ("floor",)
+    assert "floor" in ball.touched
 
 
 def test_all_contacts_stay_at_one_address(sim: ge.Session) -> None:
