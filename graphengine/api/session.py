@@ -145,16 +145,16 @@ class Session(SessionWorld):
         Raises:
             UsageError: a condition of an expectation is not legal, or names something that the session does not have.
         """
-        self._judge(begin)
-        added = tuple(self._checks[-len(begin) :]) if begin else ()
-        return added[0] if len(begin) == 1 else added
+        checks = self._judge(begin)
+        return checks[0] if len(checks) == 1 else checks
 
     @acting
-    def _judge(self, begin: Sequence[Callable[[Session], Check]]) -> None:
-        checks = [start(self) for start in begin]
+    def _judge(self, begin: Sequence[Callable[[Session], Check]]) -> tuple[Check, ...]:
+        checks = tuple(start(self) for start in begin)
         for check in checks:
             check.begin(self._runner.after_ticks)
         self._checks.extend(checks)
+        return checks
 
     @reading
     def mark(self, text: str) -> None:

@@ -178,7 +178,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     except GraphError as error:
         result.reason = f"{play.place}: {error}"
     result.time = session.time
-    result.checks = play.results()
+    result.checks = [check_result(scenario, index, check) for index, check in enumerate(play.checks)]
     result.metrics = {name: measurement.value for name, measurement in play.measurements.items()}
     result.digest = output.value if output is not None else ""
     outcomes = {check.outcome for check in result.checks}
@@ -243,10 +243,6 @@ class _Play:
         """Decide all open expectations, unless a failure has ended the run early."""
         self._context.programs.check()
         self._context.session.end_expectations()
-
-    def results(self) -> list[CheckResult]:
-        """Return the results of all expectations."""
-        return [check_result(self._scenario, index, check) for index, check in enumerate(self.checks)]
 
 
 def check_result(scenario: Scenario, index: int, check: ExpectationCheck) -> CheckResult:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from graphengine.experiments.scenario_options import add_scenario_options
+
 if TYPE_CHECKING:
     from graphengine.api.session import Session
     from graphengine.experiments.case_run import CaseResult
@@ -27,24 +29,9 @@ _SESSIONS = pytest.StashKey[list["Session"]]()
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options of scenarios."""
     group = parser.getgroup("graphengine", "scenarios of graphengine")
-    group.addoption(
-        "--record-failures", metavar="DIR", type=Path, help="folder for recordings and reports of failed runs"
-    )
-    bag = "judge scenarios over the topics of this recording (.mcap, .db3 or a folder); nothing is simulated"
-    group.addoption("--bag", metavar="FILE", type=Path, help=bag)
-    group.addoption("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
+    add_scenario_options(group.addoption)
     group.addoption(
         "--allow-scenario-scripts", action="store_true", help="let graphs run the Python code of their ScriptNodes"
-    )
-    group.addoption(
-        "--shard", metavar="NUMBER/TOTAL", help="run only this part of all tests, as 3/8 for the third of eight"
-    )
-    group.addoption(
-        "--rerun",
-        metavar="N",
-        type=int,
-        default=1,
-        help="run a failed scenario with the same seed until it has run N times",
     )
 
 
@@ -180,8 +167,8 @@ class ScenarioItem(pytest.Item):
         from graphengine.experiments.case_run import run_case
         from graphengine.experiments.statistics import rerun_text
 
-        number = self.config.option.rerun
-        if number < 2 or self.config.option.bag is not None:
+        number = self.config.option.rerun or 1
+        if number == 1 or self.config.option.bag is not None:
             return ""
         again = [run_case(self._scenario, self._case, self._options(), run=run) for _ in range(number - 1)]
         return rerun_text(1 + sum(result.outcome != "passed" for result in again), number)

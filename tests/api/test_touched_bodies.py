@@ -40,7 +40,7 @@ def test_a_contact_at_a_distance_is_no_touch(sim: ge.Session) -> None:
 def test_the_contacts_of_one_tick_do_not_count_in_the_next(sim: ge.Session) -> None:
     ball = sim.body("ball_3")
     sim.run(1.0)
-    assert ball.touched == ("floor",)
+    assert "floor" in ball.touched
     sim.move("ball_3", position=(6.0, 0.0, 5.0))
     sim.step()
     assert not ball.touched
@@ -55,7 +55,7 @@ def test_contacts_are_observed_after_a_return_to_a_checkpoint_from_before_the_fi
     sim.restore(mark)
     assert not ball.touched
     sim.run(1.0)
-    assert ball.touched == ("floor",)
+    assert "floor" in ball.touched
 
 
 def test_all_contacts_stay_at_one_address(sim: ge.Session) -> None:

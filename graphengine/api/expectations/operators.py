@@ -30,10 +30,6 @@ class Sample(NamedTuple):
     holds: bool
     margin: float
 
-    def inverted(self) -> Sample:
-        """Return the sample of the opposite condition."""
-        return Sample(not self.holds, -self.margin)
-
 
 @dataclass(frozen=True, slots=True)
 class Verdict:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
 from functools import lru_cache, partial
-from operator import itemgetter
+from operator import itemgetter, methodcaller
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from graphengine.api.expectations.operators import TIME_ERROR
 from graphengine.api.session import Session
 from graphengine.devices.backend import World
 from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import Prim
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 from graphengine.messages.field_reader import number_reader
@@ -84,48 +85,40 @@ def readings_of(session: Session) -> Readings:
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
         return Reading(partial(session._port_value, address), kind)
 
+    def tracked(read: str, body: str, handle_of: Callable[[World], Callable[[Prim], Any]]) -> Shared:
+        """Return the result of a method of the handle of a body; the handle is found again after it was released."""
+        find, call = session.body(body).find, methodcaller(read)
+        handle = handle_of(world())(find())
+
+        def value() -> Any:
+            nonlocal handle
+            if handle.released:
+                handle = handle_of(world())(find())
+            return call(handle)
+
+        return f"{read} of {body}", value
+
     def frame(place: Place) -> Shared:
         """Return the pose of a body, or the position of a point."""
-        if not isinstance(place, str):
-            numbers = [float(part) for part in place]
-            if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-                raise UsageError(f"a point has two or three finite numbers, got {place!r}")
-            return f"point {numbers}", lambda: (numbers,)
-        find = session.body(place).find
-        handle = world().frame(find())
+        if isinstance(place, str):
+            return tracked("pose", place, lambda world: world.frame)
+        numbers = [float(part) for part in place]
+        if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+            raise UsageError(f"a point has two or three finite numbers, got {place!r}")
+        return f"point {numbers}", lambda: (numbers,)
 
-        def read() -> Any:
-            nonlocal handle
-            if handle.released:
-                handle = world().frame(find())
-            return handle.pose()
-
-        return f"pose of {place}", read
-
-    def motion(body: str) -> Shared:
-        """Return the velocity of a body."""
-        find = session.body(body).find
-        handle = world().body(find())
-
-        def read() -> Any:
-            nonlocal handle
-            if handle.released:
-                handle = world().body(find())
-            return handle.velocity()
-
-        return f"velocity of {body}", read
+    def record(value: Callable[[], Any], of: Shared, *names: str) -> Reading:
+        """Return the reading of a record, whose fields are the vectors in the shared value."""
+        fields = {name: Reading(itemgetter(index), "vector", of=(of,)) for index, name in enumerate(names)}
+        return Reading(value, "other", fields.get)
 
     def pose(body: str) -> Reading:
-        found, of = session.body(body), (frame(body),)
-        fields = {
-            name: Reading(itemgetter(index), "vector", of=of) for index, name in enumerate(("position", "orientation"))
-        }
-        return Reading(lambda: found.pose, "other", fields.get)
+        found = session.body(body)
+        return record(lambda: found.pose, frame(body), "position", "orientation")
 
     def velocity(body: str) -> Reading:
-        found, of = session.body(body), (motion(body),)
-        fields = {name: Reading(itemgetter(index), "vector", of=of) for index, name in enumerate(("linear", "angular"))}
-        return Reading(lambda: found.velocity, "other", fields.get)
+        found = session.body(body)
+        return record(lambda: found.velocity, tracked("velocity", body, lambda world: world.body), "linear", "angular")
 
     def tilt(body: str) -> Reading:
         return Reading(_tilt, of=(frame(body),))

@@ -77,7 +77,7 @@ def test_count_counts_how_often_the_condition_becomes_true(numbers: list[int], l
 
 @given(margins)
 def test_the_operator_never_equals_always_of_the_opposite_condition(numbers: list[int]) -> None:
-    samples = [sample.inverted() for sample in samples_of(numbers, strict=False)]
+    samples = [Sample(not held, -margin) for held, margin in samples_of(numbers, strict=False)]
     check(judged(Always(), samples), all(number < 0 for number in numbers), min(-number for number in numbers))
 
 
