@@ -37,11 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     turn = f"turn rate to command, rad/s (default 0.6); {limit}"
     add_value(drive, "--turn-speed", "W", turn, type=number, default=0.6)
     result = parser.add_argument_group("result")
-    check = "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; "
+    check = "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; 1.5 "
     check += (
-        "1.5 times the share for turns, arcs and sideways drives, 5 times for turns and arcs of a skid-steered base), "
+        "times for turns, arcs and sideways drives, 5 times for turns and arcs of a skid-steered base), if a stop is "
     )
-    check += "if a stop is longer than 1.2 v^2/2a, or if the parked robot creeps on a slope"
+    check += "longer than 1.2 v^2/2a, or if the parked robot creeps on a slope"
     add_value(result, "--check", "BOUND", check, type=number, nargs="?", const=BOUND)
     write = "write the measured wheel radius, track, wheel base and covariances to the files of robot and graphs"
     add_flag(result, "--write", write)

@@ -16,9 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser)
     form = "format of the output; isaac-script: Python script for Isaac Sim (default)"
     parser.add_argument("--to", choices=("isaac-script",), default="isaac-script", help=form)
-    add_value(
-        parser, "--output", "FILE", "script to write (default: print it to standard output)", short="-o", type=Path
-    )
+    add_value(parser, "--output", "FILE", "script to write (default: print the script)", short="-o", type=Path)
     add_flag(parser, "--force", "overwrite an existing file")
     strict = "write no script if Isaac Sim lacks nodes or ports of the graph (default: write them as comments)"
     add_flag(parser, "--strict", strict)

@@ -110,13 +110,11 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
     sagging: list[tuple[str, float]] = []
     for name, joint in sim.robots[robot.name].joints.items():
         described = robot.description.joints[name]
+        bounded = described.limits is not None or robot.disabled.free_link is None
+        servo = robot.drives.get(name, Drive()).servo(name, "velocity")
         if math.isfinite(targets[name]):
             sagging.append((name, joint.position - targets[name]))
-        elif (
-            robot.drives.get(name, Drive()).servo(name, "velocity") is None
-            and described.mimic is None
-            and (described.limits is not None or robot.disabled.free_link is None)
-        ):
+        elif servo is None and described.mimic is None and bounded:
             hanging.append((name, joint.position - robot.starts.get(name, 0.0)))
     without = "joints without a drive hang, rad or m: {}; --position-drives holds joints that take efforts"
     if robot.description.mjcf is not None:

@@ -149,9 +149,8 @@ def _check_output(arguments: argparse.Namespace) -> None:
     if arguments.output.suffix not in (".yaml", ".yml"):
         raise UsageError(f"-o {arguments.output}: the name of a robot file ends in .yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
-        raise UsageError(
-            f"-o {arguments.output}: the robot gets the name of the file, which may have only letters, digits and '_'"
-        )
+        legal = "the robot gets the name of the file, which may have only letters, digits and '_'"
+        raise UsageError(f"-o {arguments.output}: {legal}")
     refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
@@ -165,9 +164,8 @@ def check_source(arguments: argparse.Namespace) -> None:
     if bool(arguments.file) == bool(remote):
         raise UsageError("give exactly one of a file, --topic and --node")
     if remote and arguments.arguments:
-        raise UsageError(
-            f"{arguments.arguments[0]}: only a xacro file takes arguments; a description from --topic or --node has none"
-        )
+        reason = "only a xacro file takes arguments; a description from --topic or --node has none"
+        raise UsageError(f"{arguments.arguments[0]}: {reason}")
     if remote and (arguments.macro or arguments.without):
         raise UsageError("--macro and --without need a file; they do not apply to a description from the network")
     for text in arguments.arguments:

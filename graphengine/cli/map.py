@@ -65,10 +65,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_value(local, "--alpha", "A", noise, type=number, default=0.01)
     files = parser.add_argument_group("output")
     files.add_argument("--format", choices=("png", "pgm"), default="png", help="format of the image (default png)")
-    isaac = (
-        "isaac: like maps of Isaac Sim, with a height range half a cell wider at both ends, an origin shifted by half "
-    )
-    isaac += "a cell, and RGBA pixels (default ros)"
+    isaac = "isaac: like maps of Isaac Sim, with a height range half a cell wider at both ends, an origin shifted by "
+    isaac += "half a cell, and RGBA pixels (default ros)"
     files.add_argument("--convention", choices=("ros", "isaac"), default="ros", help=isaac)
     add_allow_argument(parser)
 

@@ -91,9 +91,8 @@ class Project:
     def told(self) -> str:
         """Return a text for the user with the folder, its number of files, and the command to run next."""
         folder = near(str(self.folder))
-        return clean(
-            f"{folder}: a project of {len(self._contents)} files\nnext: cd {quoted(folder)} && graphrun run {self.name}.yaml"
-        )
+        command = f"cd {quoted(folder)} && graphrun run {self.name}.yaml"
+        return clean(f"{folder}: a project of {len(self._contents)} files\nnext: {command}")
 
     def _add(self, path: Path, text: str) -> None:
         self._contents[path] = text.encode()

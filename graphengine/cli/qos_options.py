@@ -64,7 +64,9 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
     asked = quality(arguments)
     overridden = [name for name, value in vars(arguments).items() if name.startswith("qos_") and value is not None]
     if overridden != ["qos_profile"] or not publishers:
-        _warn_of_mismatches(publishers, asked)
+        for end in publishers:
+            if why := mismatch(end.qos, asked, end.full_node or "a publisher", "this subscription"):
+                print(f"WARNING: {why}: no messages arrive from it", file=sys.stderr)
         return asked
     for policy, more, less in (("reliability", "reliable", "bestEffort"), ("durability", "transientLocal", "volatile")):
         offers = [getattr(end.qos, policy) == more for end in publishers]
@@ -74,12 +76,6 @@ def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -
         changes: dict[str, Any] = {policy: more if all(offers) else less}
         asked = replace(asked, **changes)
     return asked
-
-
-def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
-    for end in publishers:
-        if why := mismatch(end.qos, asked, end.full_node or "a publisher", "this subscription"):
-            print(f"WARNING: {why}: no messages arrive from it", file=sys.stderr)
 
 
 def shouted(kind: str) -> str:

@@ -44,14 +44,16 @@ class RecordedRun:
     warn: Callable[[str], None]
 
 
-def start_recorded_run(
-    arguments: argparse.Namespace, use: Callable[[RecordedRun], int], log: Log = lambda *_: None
-) -> int:
+Use = Callable[[RecordedRun], int]
+"""Function that uses a recorded run and returns the exit code."""
+
+
+def start_recorded_run(arguments: argparse.Namespace, use: Use, log: Log = lambda *_: None) -> int:
     """Start the session of the recording that the command line names, and call `use` with it.
 
     Args:
         arguments: arguments of `graphrun replay` or `graphrun view`.
-        use: function that replays the session and returns the exit code.
+        use: replays the session.
         log: receives the messages of nodes: severity, prim path of the node, and text.
 
     Returns:
@@ -81,13 +83,7 @@ def start_recorded_run(
             return 1
 
 
-def _start(
-    arguments: argparse.Namespace,
-    recording: Recording,
-    plain: Callable[[str], str],
-    use: Callable[[RecordedRun], int],
-    log: Log,
-) -> int:
+def _start(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str], use: Use, log: Log) -> int:
     from graphengine.api.scene import start_runner
     from graphengine.api.scene_loading import open_scene
     from graphengine.recording import platform_info

@@ -45,15 +45,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.mermaid:
         print("\n".join(["flowchart LR", *map(mermaid, scene.planned)]))
         return 0
-    for number, graph in enumerate(scene.planned):
-        if number:
-            print()
-        if arguments.plan:
-            print(f"# {_at(graph)}\n{source_of(graph.plan).text}", end="")
-        elif arguments.schedule:
-            print(schedule(graph))
-        else:
-            print(outline(graph))
+    if arguments.plan:
+        texts = [f"# {_at(graph)}\n{source_of(graph.plan).text}" for graph in scene.planned]
+    else:
+        texts = [f"{(schedule if arguments.schedule else outline)(graph)}\n" for graph in scene.planned]
+    print("\n".join(texts), end="")
     return 0
 
 

@@ -8,7 +8,8 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from graphengine.cli.common import clean, table
@@ -67,7 +68,8 @@ def execute(arguments: argparse.Namespace) -> int:
         live.transport.close()  # so that the tree grows no more
         if not tree.edges:
             silence = f"no transforms on {' and '.join(topics)} within {arguments.wait_time:g} s"
-            raise TransportError(f"{silence}\n{_elsewhere(graph)}")
+            there = [namespace or "/" for namespace in _namespaces(graph)]
+            raise TransportError(f"{silence}\n{listing(there, 'namespaces in which there are publishers')}")
         names = _names(graph, topics)
         _write(tree, names, arguments.output)
         faults = [*tree.faults(names), *_volatile(graph, topics[1])]
@@ -90,18 +92,15 @@ def _check_output(path: Path | None) -> None:
 def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
     from graphengine.messages import messages
 
-    def take(topic: str, static: bool) -> Callable[[bytes], None]:
-        def deliver(data: bytes) -> None:
-            # A transport that cannot tell who sent a message leaves all that write the topic.
-            source = live.transport.source or topic.encode()
-            with contextlib.suppress(messages.MessageError):
-                tree.add(messages.decode(data, TYPE), static, source)
-
-        return deliver
+    def take(topic: str, static: bool, data: bytes) -> None:
+        # A transport that cannot tell who sent a message leaves all that write the topic.
+        source = live.transport.source or topic.encode()
+        with contextlib.suppress(messages.MessageError):
+            tree.add(messages.decode(data, TYPE), static, source)
 
     moving, static = topics
-    live.transport.reader(moving, TYPE, QoS(depth=100, reliability="bestEffort"), take(moving, False))
-    live.transport.reader(static, TYPE, QoS(depth=100, durability="transientLocal"), take(static, True))
+    live.transport.reader(moving, TYPE, QoS(depth=100, reliability="bestEffort"), partial(take, moving, False))
+    live.transport.reader(static, TYPE, QoS(depth=100, durability="transientLocal"), partial(take, static, True))
 
 
 def _namespaces(graph: NetworkGraph) -> list[str]:
@@ -121,11 +120,6 @@ def _only_namespace(graph: NetworkGraph) -> str:
         return "" if "" in there else "".join(there)
     advice = listing(there, "choose one with --namespace")
     raise TransportError(f"transforms are published in several namespaces\n{advice}")
-
-
-def _elsewhere(graph: NetworkGraph) -> str:
-    """Return a text for the user that lists the namespaces in which transforms are published."""
-    return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
 
 def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:

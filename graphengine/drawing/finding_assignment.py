@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeVar
 from graphengine.compiler.budget import Via
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.subgraph_expansion import NodeEntry, WireEntry
-from graphengine.format.diagnostics import Finding, Findings, Span
+from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.document import Value
 
 CIRCLES = ("G209", "G210")
@@ -58,7 +58,8 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
             continue
         circle = _circle(finding, graph) if finding.code in CIRCLES else ()
         assigned.circular += circle
-        within = [entry for entry, low, high in regions if _is_within(span, entry.document.source.path, low, high)]
+        path, at = span.source.path, (span.line, span.column)
+        within = [one for one, low, high in regions if one.document.source.path == path and low <= at <= high]
         owners = [wire.target.node for wire in circle] or [entry.id for entry in _told_of(finding, within)]
         owners = owners or [end.node for end in _told_of(finding, ends.get((str(span), span.length), ()))]
         for owner in dict.fromkeys(owners):
@@ -111,7 +112,3 @@ def _children(value: Value) -> Iterable[Value]:
     if isinstance(value.data, dict):
         return value.data.values()
     return value.data if isinstance(value.data, list) else ()
-
-
-def _is_within(span: Span, path: str, low: tuple[int, int], high: tuple[int, int]) -> bool:
-    return span.source.path == path and low <= (span.line, span.column) <= high

@@ -72,7 +72,7 @@ def test_the_options_stand_before_or_after_the_command(command: str, options: st
 # A run in another process
 
 
-def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
+def test_ctl_pauses_steps_and_plays_a_run(ctl: Graphrun) -> None:
     with paused("dd100_flat", "--rate", "realtime", *MEMORY) as run:
         name = f"dd100_flat (process {run.process.pid})"
         assert ctl("state").lines == [
@@ -116,7 +116,7 @@ def test_a_run_goes_back_to_a_checkpoint(ctl: Graphrun) -> None:
         ctl("restore", "after", refused="no checkpoint 'after'")
 
 
-def test_robots_come_and_go_and_are_moved(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_robots_are_spawned_moved_and_deleted(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "cube.urdf").write_text(CUBE, encoding="utf-8")
     (tmp_path / "cube.yaml").write_text("robot: cube\nurdf: cube.urdf\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -214,7 +214,7 @@ def test_a_run_over_dds_is_asked_in_the_same_way(ctl: Graphrun, domain_id: int) 
 # Which run
 
 
-def test_where_nothing_runs_that_is_said(ctl: Graphrun) -> None:
+def test_ctl_without_a_run_is_refused(ctl: Graphrun) -> None:
     ctl("state", refused="error: no run to control")
 
 
@@ -230,7 +230,7 @@ def test_one_of_several_runs_is_chosen_by_name(ctl: Graphrun, graphrun: Graphrun
         assert ctl("state", "--run", str(other.process.pid)).out.startswith("dd100_flat ")
 
 
-def test_a_run_that_was_killed_is_forgotten_by_who_looks_next(ctl: Graphrun, runtime: Path, project: Path) -> None:
+def test_the_entry_of_a_killed_run_is_removed_at_the_next_lookup(ctl: Graphrun, runtime: Path, project: Path) -> None:
     with paused("mine.yaml", *MEMORY, cwd=project) as run:
         run.stop(signal.SIGKILL)
     assert [path.name for path in runtime.iterdir()] == [f"mine.{run.process.pid}"]
@@ -245,7 +245,9 @@ def test_a_run_can_be_closed_to_others(ctl: Graphrun, project: Path) -> None:
         assert run.stop(signal.SIGINT) == 0
 
 
-def test_a_run_goes_on_where_it_cannot_be_reached(graphrun: Graphrun, project: Path, runtime: Path) -> None:
+def test_a_run_without_a_control_channel_continues_with_a_warning(
+    graphrun: Graphrun, project: Path, runtime: Path
+) -> None:
     runtime.write_bytes(b"in the way")
     result = graphrun("run", "mine.yaml", "--for", "1", *MEMORY, code=0)
     assert result.err.startswith(f"warning: graphrun ctl cannot reach this run: {runtime}: must be a folder")

@@ -95,7 +95,7 @@ def test_without_the_option_a_client_reads_and_does_not_drive(graphrun: Graphrun
             assert abs(odometry.pose.pose.position.x) < 0.01
 
 
-def test_a_quiet_run_prints_the_address_too() -> None:
+def test_a_quiet_run_prints_the_address_for_foxglove() -> None:
     with live("run", "dd100_flat", "--paused", "--foxglove", "0", "--foxglove-publish", "--quiet", *MEMORY) as run:
         assert run.hear(lambda said: re.match(r"Foxglove at ws://127\.0\.0\.1:\d+/\?token=\S+\n", said) is not None)
 
@@ -131,7 +131,7 @@ def test_a_port_that_is_taken_ends_the_run_with_one_line(client: FoxgloveClient,
 
 
 @pytest.mark.parametrize("text", ["here", "99999", "host:", ":8765", "::1", "-1", "ws://host:1"])
-def test_what_is_no_address_is_refused(graphrun: Graphrun, text: str) -> None:
+def test_an_illegal_address_is_refused(graphrun: Graphrun, text: str) -> None:
     result = graphrun("run", "dd100_flat", f"--foxglove={text}", code=2)
     assert f"{text!r} is not an address; write PORT or HOST:PORT, such as 8765 or 0.0.0.0:8765" in result.err
 

@@ -166,7 +166,7 @@ def test_localizability_needs_a_robot(graphrun: Graphrun, room: Path) -> None:
     assert "the scene has no robot" in done.err
 
 
-def test_a_pgm_says_the_same(graphrun: Graphrun, room: Path) -> None:
+def test_a_pgm_map_equals_the_png_map(graphrun: Graphrun, room: Path) -> None:
     bounds = ("--bounds", "-1.2", "-1", "1", "2.2")
     assert graphrun("map", "room.yaml", "--cell", "0.1", *bounds, "--format", "pgm", "-o", "maps/floor.1").code == 0
     assert sorted(path.name for path in (room / "maps").iterdir()) == ["floor.1.pgm", "floor.1.yaml"]

@@ -164,5 +164,5 @@ def test_the_reason_of_a_peer_has_no_control_characters_on_a_terminal(capsys: py
     assert capsys.readouterr().err == "failed: no\N{REPLACEMENT CHARACTER}[2J\n"
 
 
-def test_where_nobody_is_list_says_where_it_looked(param: Graphrun) -> None:
+def test_an_empty_list_names_the_searched_domain(param: Graphrun) -> None:
     assert param("list", code=0, out="").err.startswith("no nodes with parameters on domain ")

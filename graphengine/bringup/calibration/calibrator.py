@@ -92,8 +92,9 @@ def calibrate(
             return Calibration(chosen.name, "", "", speed, turn_speed, moves=False, notes=(reason,))
         speed = min(speed, limit_of(flat, "maxLinearSpeed"), full_speed.rim_speed(flat))
         turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
+        result = Calibration(chosen.name, command.topic, command.type, speed, turn_speed, moves=True)
         with flat.session(seed=seed, domain=0, log=log) as sim:
-            return _Calibrator(sim, flat, chosen.name, command, speed, turn_speed, progress).run()
+            return _Calibrator(sim, flat, command, result, progress).run()
 
 
 def choose_robot(scene: Scene, name: str | None) -> RobotInstance:
@@ -115,26 +116,17 @@ class _Calibrator:
     """Runs the test drives of one calibration in a session, and collects their measurements."""
 
     def __init__(
-        self,
-        sim: Session,
-        scene: Scene,
-        robot: str,
-        command: CommandTopic,
-        speed: float,
-        turn_speed: float,
-        progress: Progress,
+        self, sim: Session, scene: Scene, command: CommandTopic, result: Calibration, progress: Progress
     ) -> None:
-        self._sim = sim
-        self._progress = progress
+        self._sim, self._scene, self._result, self._progress = sim, scene, result, progress
         self._imus = published(scene.topics, IMU)
-        instance = world_of(scene).robots[robot]
+        instance = world_of(scene).robots[result.robot]
         self._wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
         self._arc_radius = _arc_radius(self._wheel_base, limit_of(scene, "maxWheelRotation"))
         odometry = published(scene.topics, ODOMETRY)
-        self._drives = DriveRecorder(sim, robot, command, odometry, self._wheel_base)
+        self._drives = DriveRecorder(sim, result.robot, command, odometry, self._wheel_base)
         self._wheels = WheelMeter(instance, self._drives.articulation.joint_names)
         self._meters = {topic: OdometryMeter(topic) for topic in odometry}
-        self._result = Calibration(robot, command.topic, command.type, speed, turn_speed, moves=True)
         self._motions: list[Motion] = []
         self._notes = [
             f"{what}: the robot's graphs publish no {message_type.replace('/msg/', '/')}"
@@ -142,7 +134,7 @@ class _Calibrator:
             if not topics
         ]
         self._arc_rate = 0.0
-        self._scene, self._robot = scene, instance
+        self._robot = instance
         self._at_rest = STILL
         self._mark: Checkpoint
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Side = Literal["left", "right", ""]
 Kind = Literal["straight", "turn", "sideways"]
 Kinematics = Literal["differential", "mecanum", "omni", "ackermann", ""]
 CREEP = 1e-3
@@ -138,7 +140,7 @@ class DrivenWheel:
 
     joint: str
     radius: float
-    side: Literal["left", "right", ""] = ""
+    side: Side = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -319,19 +321,11 @@ class Calibration:
         return tuple(motion for motion in self.motions if not motion.is_within(bound))
 
     def to_data(self) -> dict[str, Any]:
-        """Return the results as dicts, lists and numbers for JSON, without the paths that the robot drove in the squares."""
+        """Return the results as dicts, lists and rounded numbers for JSON, without the paths of the squares."""
         data = asdict(self)
         for square in data["squares"]:
             for path in ("commanded", "truth", "odometry"):
                 del square[path]
-        rounded: dict[str, Any] = _rounded(data)
+        # Digits beyond 9 decimals are rounding noise.
+        rounded: dict[str, Any] = json.loads(json.dumps(data), parse_float=lambda text: round(float(text), 9) + 0.0)
         return rounded
-
-
-def _rounded(value: Any) -> Any:
-    """Return the data with all floats rounded to 9 decimals, because further digits are rounding noise."""
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_rounded(item) for item in value]
-    return round(value, 9) + 0.0 if isinstance(value, float) else value

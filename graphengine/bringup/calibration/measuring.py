@@ -119,9 +119,7 @@ def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
 
 def at_offset(path: Floats, offset: tuple[float, float]) -> Floats:
     """Return the path of a point fixed to the moving body; `offset` is its position (x, y) in the body frame, m."""
-    cosine, sine = np.cos(path[:, 2]), np.sin(path[:, 2])
-    x, y = offset
-    return np.column_stack((path[:, 0] + cosine * x - sine * y, path[:, 1] + sine * x + cosine * y, path[:, 2]))
+    return path + _turned(np.broadcast_to([*offset, 0.0], path.shape), path[:, 2])
 
 
 def in_first_frame(path: Floats) -> Floats:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from graphengine.bringup.calibration.drive_recorder import Trace
-from graphengine.bringup.calibration.figures import DrivenWheel, Floats, Motion
+from graphengine.bringup.calibration.figures import DrivenWheel, Floats, Motion, Side
 from graphengine.bringup.calibration.measuring import increments, mean
 from graphengine.bringup.calibration.omni_geometry import base_motion, is_oblique, rolling_directions, rolling_radii
 from graphengine.descriptions.robot_description import TURNING, track
@@ -143,7 +142,10 @@ class WheelMeter:
     @property
     def wheels(self) -> tuple[DrivenWheel, ...]:
         """The driven wheels, in the order of their joints in the articulation."""
-        return tuple(self._figures())
+        if self.oblique:
+            return tuple(DrivenWheel(self._names[index], radius) for index, radius in self._omni_radii().items())
+        sides: dict[int, Side] = {index: "left" if self._offset(index) > 0.0 else "right" for index in self._offsets}
+        return tuple(DrivenWheel(self._names[i], abs(self._radius(i)), sides.get(i, "")) for i in sorted(self._radii))
 
     @property
     def oblique(self) -> bool:
@@ -165,16 +167,6 @@ class WheelMeter:
 
     def _directions(self, wheels: Sequence[int]) -> Floats:
         return rolling_directions([self._axes[self._names[index]] for index in wheels])
-
-    def _figures(self) -> Iterator[DrivenWheel]:
-        if self.oblique:
-            yield from (DrivenWheel(self._names[index], radius) for index, radius in self._omni_radii().items())
-            return
-        for index in sorted(self._radii):
-            wheel = DrivenWheel(self._names[index], abs(self._radius(index)))
-            if index in self._offsets:
-                wheel = replace(wheel, side="left" if self._offset(index) > 0.0 else "right")
-            yield wheel
 
     @property
     def radius(self) -> float | None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 from graphengine.api.scene import Scene, loaded_of, world_of
@@ -77,33 +78,36 @@ def motion_limits(scene: Scene, robot: RobotInstance, graphs: Collection[str]) -
         graphs: names of the robot's graphs.
     """
     own = f"{robot.name}/"
-    inputs = _Inputs([one for one in loaded_of(scene).planned if one.name in graphs or one.name.startswith(own)])
-    kinematics = inputs.kinematics()
-    radius, base, track = (inputs.first(*names) for names in (_RADIUS, ("wheelBase",), ("wheelDistance", "trackWidth")))
+    planned = [one for one in loaded_of(scene).planned if one.name in graphs or one.name.startswith(own)]
+    inputs = partial(_inputs, planned)
+    kinematics = _kinematics(planned)
+    radius, base, track, steering = (
+        next(iter(inputs(*names)), None)
+        for names in (_RADIUS, ("wheelBase",), ("wheelDistance", "trackWidth"), ("maxWheelRotation",))
+    )
     at_rim: list[Sourced[float]] = []
     if radius is not None:
-        turned = inputs.limits("maxWheelSpeed", "maxWheelVelocity")
+        turned = inputs("maxWheelSpeed", "maxWheelVelocity")
         how = "times the wheel's radius, m/s at the rim"
         at_rim = [Sourced(one.value * radius.value, f"{one.source} {how}") for one in turned]
     at_rim += _rim_speeds(robot)
-    speed = _least([*inputs.limits("maxLinearSpeed"), *at_rim, Sourced(MOST_SPEED, "limit for indoor driving")])
-    steering = inputs.first("maxWheelRotation")
+    speed = _least([*inputs("maxLinearSpeed"), *at_rim, Sourced(MOST_SPEED, "limit for indoor driving")])
     turning_radius = Sourced(0.0, "the robot turns on the spot")
     if kinematics.value == "ackermann" and base is not None:
         turning_radius = _turning_radius(base, steering, track)
-    turns = [*inputs.limits("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
+    turns = [*inputs("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
     if turning_radius.value:
         turns.append(Sourced(speed.value / turning_radius.value, "speed divided by the turning radius"))
     elif track is not None:
         why = f"speed of the wheels divided by half the track ({track.source})"
         turns.append(Sourced(2.0 * speed.value / track.value, why))
     push = _acceleration_by_force(scene, robot)
-    acceleration = _least([*inputs.limits("maxAcceleration", "acceleration"), *push, _DEFAULT])
-    deceleration = _least([*inputs.limits("maxDeceleration"), *push, Sourced(MOST_ACCELERATION, acceleration.source)])
+    acceleration = _least([*inputs("maxAcceleration", "acceleration"), *push, _DEFAULT])
+    deceleration = _least([*inputs("maxDeceleration"), *push, Sourced(MOST_ACCELERATION, acceleration.source)])
     lever = track.value / 2.0 if track is not None else 0.2
     by_wheels = f"acceleration of the wheels ({acceleration.source}) divided by half the track"
     bounds = [Sourced(acceleration.value / lever, by_wheels), _DEFAULT_TURN]
-    turning = _least([*inputs.limits("maxAngularAcceleration"), *bounds])
+    turning = _least([*inputs("maxAngularAcceleration"), *bounds])
     return MotionLimits(kinematics, speed, _least(turns), acceleration, deceleration, turning, turning_radius)
 
 
@@ -136,31 +140,22 @@ _DEFAULT = Sourced(MOST_ACCELERATION, f"{NAV2}; the graphs have no limit")
 _DEFAULT_TURN = replace(_DEFAULT, value=MOST_TURN_ACCELERATION)
 
 
-class _Inputs:
-    """Unwired inputs of the controller nodes in a robot's graphs."""
+def _kinematics(graphs: Sequence[Graph]) -> Sourced[Kinematics]:
+    """Return the kinematics of the first wheel controller in the graphs; differential without a controller."""
+    for graph in graphs:
+        for instance in graph.instances:
+            if (kind := _CONTROLLERS.get(instance.cls.type_name)) is not None:
+                return Sourced(kind, _place(graph, instance))
+    return Sourced("differential", "assumed: the graphs have no wheel controller")
 
-    def __init__(self, graphs: list[Graph]) -> None:
-        self._graphs = graphs
 
-    def kinematics(self) -> Sourced[Kinematics]:
-        """Return the kinematics of the first controller in the graphs; differential if there is no controller."""
-        for graph in self._graphs:
-            for instance in graph.instances:
-                if (kind := _CONTROLLERS.get(instance.cls.type_name)) is not None:
-                    return Sourced(kind, _place(graph, instance))
-        return Sourced("differential", "assumed: the graphs have no wheel controller")
-
-    def limits(self, *names: str) -> list[Sourced[float]]:
-        """Return the magnitudes of the inputs with these names, without zeros, which stand for no limit."""
-        return [
-            Sourced(number, f"{_place(graph, instance)}.{name}")
-            for graph, instance, name, number in numbers_named(self._graphs, *names)
-            if instance.cls.type_name in _CONTROLLERS
-        ]
-
-    def first(self, *names: str) -> Sourced[float] | None:
-        """Return the first nonzero magnitude of the inputs with these names; None if all are zero."""
-        return next(iter(self.limits(*names)), None)
+def _inputs(graphs: Sequence[Graph], *names: str) -> list[Sourced[float]]:
+    """Return the nonzero magnitudes of the unwired inputs of wheel controllers with these names; 0 stands for no limit."""
+    return [
+        Sourced(number, f"{_place(graph, instance)}.{name}")
+        for graph, instance, name, number in numbers_named(graphs, *names)
+        if instance.cls.type_name in _CONTROLLERS
+    ]
 
 
 def _place(graph: Graph, instance: Instance) -> str:

@@ -53,14 +53,13 @@ def scan_sources(scene: Scene, claims: Sequence[EndpointClaim]) -> list[ScanSour
 
 def _lidar(scene: Scene, claim: EndpointClaim) -> Prim | None:
     """Return the lidar whose prim path is nearest upstream of the publishing node; None without a lidar."""
+    stage = world_of(scene).stage
     for graph in loaded_of(scene).planned:
         if claim.node.startswith(f"{graph.prim_path}/"):
-            node = claim.node.removeprefix(f"{graph.prim_path}/")
-            for path in _upstream_paths(graph, node):
-                if path in world_of(scene).stage:
-                    prims = (prim for prim in world_of(scene).stage.find(path).descendants() if "angles" in prim.facts)
-                    if (prim := next(prims, None)) is not None:
-                        return prim
+            paths = _upstream_paths(graph, claim.node.removeprefix(f"{graph.prim_path}/"))
+            prims = (prim for path in paths if path in stage for prim in stage.find(path).descendants())
+            if (lidar := next((prim for prim in prims if "angles" in prim.facts), None)) is not None:
+                return lidar
     return None
 
 

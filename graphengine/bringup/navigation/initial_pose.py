@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 
 from graphengine.bringup.navigation.true_poses import MAP, PlanarPose, TruePoses
@@ -26,19 +25,6 @@ PATIENCE = 30.0
 """Maximum wall time to wait until the localization has accepted the pose, s."""
 
 
-@dataclass(slots=True)
-class _Heard:
-    """Messages of the localization since the call of `give_initial_pose`.
-
-    Attributes:
-        near: whether the newest `amcl_pose` is near the true pose.
-        broadcasts: whether a transform map -> odom of the robot was received.
-    """
-
-    near: bool = False
-    broadcasts: bool = False
-
-
 def has_listener(transport: Transport, namespace: str) -> bool:
     """Return whether a node subscribes to the topic `initialpose` in a namespace."""
     return bool(transport.graph().subscribers(f"{namespace}/initialpose"))
@@ -56,19 +42,21 @@ def give_initial_pose(transport: Transport, namespace: str, truth: TruePoses, cl
     the pose when `amcl_pose` is near the true pose or, if no node publishes `amcl_pose`, when a node broadcasts the transform
     map -> odom of this robot.
     """
-    heard = _Heard()
+    near = broadcasts = False
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())
 
     def take_pose(data: bytes) -> None:
+        nonlocal near
         with suppress(TransportError):
             found = PlanarPose.of(messages.decode(data, MESSAGE).pose.pose)
-            heard.near = found.distance(truth.newest) < NEAR and found.turn(truth.newest) < NEAR
+            near = found.distance(truth.newest) < NEAR and found.turn(truth.newest) < NEAR
 
     def take_transforms(data: bytes, *, shared: bool) -> None:
+        nonlocal broadcasts
         with suppress(TransportError):
             edges = messages.decode(data, "tf2_msgs/msg/TFMessage").transforms
             children = [edge.child_frame_id for edge in edges if edge.header.frame_id == MAP]
-            heard.broadcasts |= any(not shared or may_belong(child, namespace) for child in children)
+            broadcasts |= any(not shared or may_belong(child, namespace) for child in children)
 
     readers = [transport.reader(f"{namespace}/amcl_pose", MESSAGE, QoS(depth=1), take_pose)]
     for name, shared in {f"{namespace}/tf": False, "/tf": bool(namespace)}.items():
@@ -82,7 +70,7 @@ def give_initial_pose(transport: Transport, namespace: str, truth: TruePoses, cl
                 _send(writer, truth.newest, clock())
             time.sleep(0.05)
             reports = bool(transport.graph().publishers(f"{namespace}/amcl_pose"))
-            if due and (heard.near or (heard.broadcasts and not reports)):
+            if due and (near or (broadcasts and not reports)):
                 return True
         return False
     finally:

@@ -131,10 +131,8 @@ class TruePoses:
             found = self._robot.clearance((x, y), MARGIN)
         except ControlError:  # the run ends, or is of a version without this command
             return []
-        places = {
-            name: f"{gap:.2f} m from the robot" if gap > 0.0 else "where the robot turns" for name, gap in found.items()
-        }
-        return [f"{name} stands {place}" for name, place in places.items()]
+        gaps = [(name, f"{gap:.2f} m from the robot" if gap > 0.0 else "") for name, gap in found.items()]
+        return [f"{name} stands {gap or 'where the robot turns'}" for name, gap in gaps]
 
     def close(self) -> None:
         """Stop sampling and end the thread; the samples remain readable."""

@@ -47,7 +47,11 @@ def measured(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> Drivetra
         return _ackermann(draft, base, driven, wheels)
     if base.kinematics == "differential":
         return _differential(draft, base, driven, wheels, radius)
-    return _mecanum(draft, base, driven) if base.kinematics == "mecanum" else _omni(draft, base, driven)
+    if base.kinematics == "mecanum":
+        return _mecanum(draft, base, driven)
+    if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
+        return _holonomic(draft, base, driven)
+    return _undriven(draft, base, "it has fewer than three wheels, or all of them are parallel")
 
 
 def _undriven(draft: Draft, base: Base, reason: str) -> Drivetrain | None:
@@ -164,12 +168,6 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[RobotWheel]) -> Drivet
     known = {key: value for key, value in given if "acceleration" not in key and key != "deceleration"}
     grip = {wheel.link: grip for wheel, grip in zip(driven, grips, strict=True) if not wheel.rollers.links}
     return Drivetrain(base, tuple(driven), (), parameters | known, grip)
-
-
-def _omni(draft: Draft, base: Base, driven: Sequence[RobotWheel]) -> Drivetrain | None:
-    if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
-        return _holonomic(draft, base, driven)
-    return _undriven(draft, base, "it has fewer than three wheels, or all of them are parallel")
 
 
 def _grip(draft: Draft, wheel: RobotWheel, base: Base) -> Vector3:

@@ -33,22 +33,20 @@ def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[RobotWheel
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
     swivels = {shape.joint: _swivel(description, description.joints[shape.joint], axes) for shape in shapes}
     swivelling = [shape for shape in shapes if swivels[shape.joint] is not None]
-    return [_wheel(description, shape, swivels[shape.joint], commanded, swivelling) for shape in shapes]
+    found = list(shapes)
+    for number, shape in enumerate(shapes):
+        if (swivel := swivels[shape.joint]) is not None:
+            pivot = description.pose_in_root(swivel.child)[0]
+            caster = swivel.name not in commanded and _is_caster(shape, pivot, swivelling)
+            found[number] = replace(shape, swivel=swivel.name, caster=caster)
+    return found
 
 
-def _wheel(
-    description: RobotDescription,
-    shape: RobotWheel,
-    swivel: Joint | None,
-    commanded: Collection[str],
-    others: Iterable[RobotWheel],
-) -> RobotWheel:
-    caster = False
-    if swivel is not None and swivel.name not in commanded:
-        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, description.pose_in_root(swivel.child)[0]
-        trail = abs((x - pivot_x) * shape.axle[1] - (y - pivot_y) * shape.axle[0])  # across the axle
-        caster = trail > _TRAIL * shape.radius or (shape.swivels and not any(_mirrors(shape, each) for each in others))
-    return replace(shape, swivel=swivel.name if swivel is not None else "", caster=caster)
+def _is_caster(wheel: RobotWheel, pivot: Vector3, others: Iterable[RobotWheel]) -> bool:
+    """Return whether a swivelling wheel trails its pivot, or swivels freely without a counterpart among the others."""
+    (x, y, _), (pivot_x, pivot_y, _) = wheel.centre, pivot
+    trail = abs((x - pivot_x) * wheel.axle[1] - (y - pivot_y) * wheel.axle[0])  # across the axle
+    return trail > _TRAIL * wheel.radius or (wheel.swivels and not any(_mirrors(wheel, each) for each in others))
 
 
 def _mirrors(one: RobotWheel, other: RobotWheel) -> bool:
@@ -76,8 +74,9 @@ def base_of_wheels(draft: Draft, wheels: Sequence[RobotWheel], commanded: Collec
     fixed = [wheel for wheel in rolling if not wheel.swivel]
     steered = [wheel for wheel in rolling if wheel.swivel]
     driven = [wheel for wheel in rolling if wheel.joint in commanded] or fixed
-    if not rolling or not driven:
+    if not driven:
         return None
+    driven = driven if steered else _without_casters(driven, commanded)
     span = draft.description.joints[driven[0].joint].element.span
     names = tuple(wheel.joint for wheel in driven)
     if steered:
@@ -88,8 +87,6 @@ def base_of_wheels(draft: Draft, wheels: Sequence[RobotWheel], commanded: Collec
         which = f"of whose {len(rolling)} wheels {count} are" if fixed else f"whose {count} wheels are all"
         draft.lose(f"a base {which} steered: no graph drives it", span)
         return None
-    driven = _without_casters(driven, commanded)
-    names, span = tuple(wheel.joint for wheel in driven), draft.description.joints[driven[0].joint].element.span
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
             if len(driven) >= 4 and is_mecanum(draft.description, driven):

@@ -111,14 +111,11 @@ def _bases(
 ) -> Iterator[Base]:
     """Yield the bases that controllers, Gazebo plugins, and the wheels on the floor describe, in this order."""
     topics = topics_of_plugins(draft)
-    base = base_of_controllers(draft, known)
-    if base is not None:
+    if (base := base_of_controllers(draft, known)) is not None:
         yield base.with_parameters(topics)
-    base = base_of_plugins(draft)
-    if base is not None:
+    if (base := base_of_plugins(draft)) is not None:
         yield base
-    base = base_of_wheels(draft, wheels, commanded)
-    if base is not None:
+    if (base := base_of_wheels(draft, wheels, commanded)) is not None:
         if draft.pushed:
             _drop_slippery(draft, {wheel.link for wheel in wheels if wheel.joint in base.driven})
         yield base.with_parameters(topics)

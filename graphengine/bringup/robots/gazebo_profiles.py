@@ -112,9 +112,8 @@ def imu(values: Values, sensor: Subject) -> Figures:
     """Return the type, graph and profile of an IMU; the profile has the largest noise of the three axes for all axes."""
     profile: dict[str, Any] = {"rate": rate(values, 100.0, sensor)}
     for triad in _TRIADS:
-        quantities = {
-            name: [_of_axis(values, triad, axis, name) for axis in _AXES] for name in ("mean", "bias_mean", *_SPREADS)
-        }
+        names = ("mean", "bias_mean", *_SPREADS)
+        quantities = {name: [_of_axis(values, triad, axis, name) for axis in _AXES] for name in names}
         for name in _SPREADS:
             if len(set(quantities[name])) > 1:
                 sensor.guessed(f"{name} of {triad.section}: the profile has one for all axes, the greatest")

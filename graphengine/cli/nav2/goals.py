@@ -185,9 +185,8 @@ def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Itera
     try:
         truth = TruePoses(run, namespace)
         if clock is not None and abs(clock() - truth.time) > SAME_TIME:
-            why = (
-                f"the times differ ({truth.time:.1f} s in the run, {clock():.1f} s on /clock); choose a run with --run"
-            )
+            times = f"{truth.time:.1f} s in the run, {clock():.1f} s on /clock"
+            why = f"the times differ ({times}); choose a run with --run"
             raise ControlError(f"{truth.entry} does not publish the /clock of this network: {why}")
     except ControlError as error:
         if truth is not None:
