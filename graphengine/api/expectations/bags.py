@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from graphengine.api.expectations.bag_file import BagFile
-from graphengine.api.expectations.conditions import Reading, Readings
 from graphengine.api.expectations.expectations import Expectation, ExpectationCheck
 from graphengine.api.expectations.judging import Judging
 from graphengine.api.expectations.operators import TIME_ERROR
+from graphengine.api.expectations.reading_types import Reading, Readings
 from graphengine.api.expectations.readings import WORLD, topic_readings
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.messages import messages

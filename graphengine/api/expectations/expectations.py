@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 
 from graphengine.api.checks import Check, Outcome
-from graphengine.api.expectations.conditions import Condition, Readings, ReadingState
+from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.judging import Judging
 from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
+from graphengine.api.expectations.reading_types import Readings, ReadingState
 from graphengine.api.expectations.readings import SessionSource, Source, readings_of
 from graphengine.api.runner import AfterTick
 from graphengine.api.session import Session
@@ -164,6 +165,7 @@ class ExpectationCheck(Check, Stateful):
         self.expectation = expectation
         self.source = source
         self.conditions = [Condition(text, readings) for text in expectation.conditions]
+        self.inverted = expectation.inverted
         self.trace: list[tuple[float, float]] | None = None
         self._begin()
 

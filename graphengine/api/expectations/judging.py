@@ -2,15 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol
 
+from graphengine.api.expectations.conditions import Condition
+from graphengine.api.expectations.operators import Operator
 from graphengine.api.expectations.readings import Source
 from graphengine.api.expectations.sampling_code import SamplingCode
 from graphengine.api.runner import AfterTick
 
-if TYPE_CHECKING:
-    from graphengine.api.expectations.expectations import ExpectationCheck
+
+class Judged(Protocol):
+    """An expectation that `Judging` judges, such as an `ExpectationCheck`."""
+
+    trace: list[tuple[float, float]] | None
+    error: str
+    operator: Operator
+
+    @property
+    def conditions(self) -> Sequence[Condition]:
+        """The conditions whose samples the operator judges."""
+
+    @property
+    def inverted(self) -> bool:
+        """Whether the operator judges the opposite of the condition."""
+
+    def save(self) -> Any:
+        """Return a copy of the state."""
+
+    def restore(self, saved: Any) -> None:
+        """Restore a saved state."""
+
+    def restart(self) -> None:
+        """Restart the judgement at the current time."""
+
+    def find_error(self) -> None:
+        """Set `error` if a condition cannot be sampled now."""
+
+    def end(self) -> None:
+        """Decide the outcome at the end of the run."""
+
+    def note_values(self) -> None:
+        """Keep the values of the readings after the decision."""
 
 
 class Judging(AfterTick):
@@ -21,11 +54,11 @@ class Judging(AfterTick):
         checks: the expectations to judge.
     """
 
-    def __init__(self, source: Source, *checks: ExpectationCheck) -> None:
+    def __init__(self, source: Source, *checks: Judged) -> None:
         self._source = source
         self.checks = checks
         self._frame = source.tick
-        self._restarting: Iterable[ExpectationCheck] = ()
+        self._restarting: Iterable[Judged] = ()
         """Checks to restart in the next tick, because they began after the checkpoint that was restored."""
         self._judge: Callable[[float], Exception | None] | None = None
         """Judges all checks without an error at a time; None after a change of these checks."""
@@ -35,7 +68,7 @@ class Judging(AfterTick):
         """Whether no tick has passed since the beginning or since the last judgement."""
         return self._frame == self._source.tick
 
-    def change(self, *checks: ExpectationCheck) -> None:
+    def change(self, *checks: Judged) -> None:
         """Judge these checks from the next tick on."""
         self.checks, self._judge = checks, None
 
@@ -75,11 +108,11 @@ class Judging(AfterTick):
         return code.function(lines, "return error")
 
 
-def _judgement(code: SamplingCode, check: ExpectationCheck) -> list[str]:
+def _judgement(code: SamplingCode, check: Judged) -> list[str]:
     """Add the conditions of a check to generated code, and return the statements that judge their samples."""
     samples = [code.add(condition) for condition in check.conditions]
     present = [f"{sample[0]} is not None" for sample, c in zip(samples, check.conditions, strict=True) if c.arrives]
-    if check.expectation.inverted:
+    if check.inverted:
         samples = [[f"not {holds}", f"-{margin}"] for holds, margin in samples]
     name, arguments = code.constant(check), ", ".join(part for sample in samples for part in sample)
     decided = " and ".join([*present, f"{name}.operator.add(time, {arguments})"])

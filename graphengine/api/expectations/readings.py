@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Kind, Reading, Readings, ReadingState, Shared
 from graphengine.api.expectations.operators import TIME_ERROR
+from graphengine.api.expectations.reading_types import Kind, Reading, Readings, ReadingState, Shared
 from graphengine.api.session import Session
 from graphengine.devices.backend import World
 from graphengine.devices.rotation import Pose

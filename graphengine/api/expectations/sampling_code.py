@@ -7,15 +7,13 @@ Operands that consist of numbers become plain Python, after each of their parts 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from graphengine.api.expectations.comparisons import COMPARISONS, compared, unordered
+from graphengine.api.expectations.reading_types import Kind, Reading
 from graphengine.sandbox.expressions import FUNCTIONS, Guard, compiled
-
-if TYPE_CHECKING:
-    from graphengine.api.expectations.conditions import Expression, Kind, Reading
 
 MAX_EXPONENT = 16
 """Largest exponent of powers that plain Python computes, as floats; the guard computes other powers and limits their size."""
@@ -34,6 +32,17 @@ _LARGE = 1e15
 """Absolute value from which a constant is not written as text, because Python limits the length of integers as text."""
 
 
+class Sampled(Protocol):
+    """An expression that generated code samples."""
+
+    @property
+    def bound(self) -> Mapping[str, tuple[str, Reading]]:
+        """Text and reading of each name in the expression that stands for a reading."""
+
+    def add_to(self, code: SamplingCode) -> list[str]:
+        """Add the computation of the value to generated code, and return the names of the variables of the result."""
+
+
 class SamplingCode:
     """The body of a generated function that samples expressions.
 
@@ -50,11 +59,11 @@ class SamplingCode:
         self._variables: dict[Any, str] = dict(parameters)
         self._arriving: dict[str, None] = {}
         """Variables of the current expression that are None while no message has arrived."""
-        self._expression: Expression
+        self._expression: Sampled
         self.names: dict[str, Any] = {**FUNCTIONS, "_compared": compared, "_unordered": unordered}
         """Global names of the function."""
 
-    def add(self, expression: Expression) -> list[str]:
+    def add(self, expression: Sampled) -> list[str]:
         """Add an expression, and return the names of the variables of its result; the first is None while there is no value."""
         self._expression, self._arriving, before = expression, {}, self._lines
         self._lines = []

@@ -11,8 +11,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from graphengine.api.expectations.conditions import Condition, Reading
+from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.operators import Sample
+from graphengine.api.expectations.reading_types import Reading
 from graphengine.format.errors import UsageError
 from graphengine.messages import messages
 
