@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Literal
 
-from graphengine.api.runner import AfterTick
+from graphengine.api.after_tick import AfterTick
 
 Outcome = Literal["open", "passed", "failed", "error"]
 """`open`: not decided yet; `error`: the check could not be made, for example because a topic had no messages."""

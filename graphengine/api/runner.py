@@ -7,7 +7,6 @@ import math
 import re
 import signal
 import threading
-from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -15,13 +14,13 @@ from dataclasses import replace
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
 from graphengine.api.port_channels import PortChannels
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.api.values import check_choice
 from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
-from graphengine.format.stateful import Stateful
 from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
 from graphengine.ros.domain import Domain
@@ -45,14 +44,6 @@ if TYPE_CHECKING:
     from graphengine.view.feed import Feed
 
 T = TypeVar("T")
-
-
-class AfterTick(Stateful):
-    """Something that a session does after each tick; checkpoints contain its state."""
-
-    @abstractmethod
-    def after_tick(self, frame: int) -> None:
-        """Act if it is time; `frame` is the number of ticks since the start or since the last reset of the time."""
 
 
 class Runner:
@@ -118,7 +109,9 @@ class Runner:
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
             self._ports = PortValues(self.session, options.ports) if options.ports else None
-            self._port_channels = self._open_port_channels(closing)
+            self._port_channels: PortChannels | None = None
+            if self.foxglove is not None and self._ports is not None:
+                self._port_channels = closing.enter_context(PortChannels(self.foxglove, self._ports))
             self._open_recorder(modules)
             closing.callback(self._end_recording)
             self._offer_simulation_interfaces()
@@ -189,11 +182,6 @@ class Runner:
         if not self._reaches_others():
             return None
         return Diagnostics(self.session, self.network, self.scene.path.stem, self._faults)
-
-    def _open_port_channels(self, closing: ExitStack) -> PortChannels | None:
-        if self.foxglove is None or self._ports is None:
-            return None
-        return closing.enter_context(PortChannels(self.foxglove, self._ports))
 
     def _open_channel(self, closing: ExitStack) -> None:
         if self.options.control is not None:

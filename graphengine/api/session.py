@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.calls import Goal, ServiceCall, call_service
 from graphengine.api.checks import Check
 from graphengine.api.guards import acting, reading
 from graphengine.api.output_digest import OutputDigest
-from graphengine.api.runner import AfterTick, Runner
+from graphengine.api.runner import Runner
 from graphengine.api.session_world import SessionWorld
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.api.value_records import ValueRecord

@@ -6,8 +6,9 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.guards import HasRunner, acting
-from graphengine.api.runner import AfterTick, Runner
+from graphengine.api.runner import Runner
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages import messages

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.api.runner import AfterTick, Runner
+from graphengine.api.after_tick import AfterTick
+from graphengine.api.runner import Runner
 from graphengine.runtime.port_values import PortValues
 
 

@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.checks import Check, Outcome
 from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.judging import Judging
 from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
 from graphengine.api.expectations.reading_types import Readings, ReadingState
 from graphengine.api.expectations.readings import SessionSource, Source, readings_of
-from graphengine.api.runner import AfterTick
 from graphengine.api.session import Session
 from graphengine.format.errors import GraphError, UsageError
 from graphengine.format.stateful import Stateful

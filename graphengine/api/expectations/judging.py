@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.operators import Operator
 from graphengine.api.expectations.readings import Source
 from graphengine.api.expectations.sampling_code import SamplingCode
-from graphengine.api.runner import AfterTick
 
 
 class Judged(Protocol):
