@@ -118,7 +118,7 @@ BOUNDS_NO_INPUT = {
         "ros.parameter_client.PATIENCE",
     ),
     "a bound beyond which another part takes over": (
-        "api.expectations.conditions.MAX_EXPONENT",
+        "api.expectations.sampling_code.MAX_EXPONENT",
         "physics.dynamics.mover_motion.SHORTEST_LAP",
     ),
     "a setting that another program gets": (
