@@ -232,8 +232,6 @@ class Runner:
 
             closing.callback(ParameterNodes(self.session, self.queue, transport, self._complain).close)
 
-    # Who may call it, and when
-
     def enter(self) -> None:
         """Acquire `lock` for this thread without waiting; the same thread has to release it.
 
