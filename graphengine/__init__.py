@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from graphengine.api.session_control import Checkpoint as Checkpoint
     from graphengine.api.topics import Publication as Publication
     from graphengine.api.topics import Subscription as Subscription
+    from graphengine.api.value_records import ValueRecord as ValueRecord
     from graphengine.format.diagnostics import CheckError as CheckError
     from graphengine.format.errors import ExpectationError as ExpectationError
     from graphengine.format.errors import GraphError as GraphError
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from graphengine.format.errors import UnknownEntityError as UnknownEntityError
     from graphengine.format.errors import UsageError as UsageError
     from graphengine.runtime.reloading import Reloaded as Reloaded
+    from graphengine.runtime.why.explanation import Explanation as Explanation
 
 _MODULES = {
     "api.scene_loading": ("load",),
@@ -63,6 +65,7 @@ _MODULES = {
     "api.session": ("Session",),
     "api.session_control": ("Checkpoint",),
     "api.topics": ("Subscription", "Publication"),
+    "api.value_records": ("ValueRecord",),
     "api.mujoco_objects": ("MujocoObjects",),
     "api.bodies": ("Body", "Pose", "Velocity"),
     "api.robots": ("Robot", "Joint"),
@@ -82,6 +85,7 @@ _MODULES = {
     ),
     "api.expectations.metrics": ("metric",),
     "runtime.reloading": ("Reloaded",),
+    "runtime.why.explanation": ("Explanation",),
     "format.errors": (
         "ExpectationError",
         "GraphError",

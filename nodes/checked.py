@@ -82,9 +82,9 @@ def check_outcome(node: Node, *outcome: float) -> None:
 
 @functools.cache
 def _numbers(cls: type[Node]) -> tuple[list[tuple[str, str]], Callable[[Node], tuple[float, ...]]]:
-    """Return two things: (port name, Python name) of each floating-point input, and a getter of the scalar ones as a tuple.
+    """Return (port name, Python name) of each floating-point input, and a function that returns the scalar ones as a tuple.
 
-    The node class needs at least two scalar floating-point inputs; with a single one, the getter would not return a tuple.
+    The node class needs two or more scalar floating-point inputs; for a single input, the function would not return a tuple.
     """
     inputs = [port for port in cls.fields.values() if port.side == "inputs"]
     real = [port for port in inputs if isinstance(port.type, PortType) and port.type.base in ("double", "float")]

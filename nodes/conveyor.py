@@ -30,9 +30,7 @@ class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
         default=(1.0, 0.0, 0.0),
         doc="direction of motion, or rotation axis if `curved` is true, in the body's frame; its length multiplies `velocity`",
     )
-    curved: bool = In(
-        default=False, doc="true: the surface turns about the origin of the body; false: the surface moves straight"
-    )
+    curved: bool = In(default=False, doc="true: the surface turns about the body's origin; false: it moves straight")
     animate_texture: bool = In(default=False, doc=_NO_EFFECT)
     animate_scale: Float = In(default=1.0, doc=_NO_EFFECT)
     animate_direction: Float2 = In(default=(1.0, 0.0), doc=_NO_EFFECT)

@@ -63,9 +63,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     open_in = ExecIn(name="open", doc="starts to open the gripper and moves the fingers by the first step")
     close_in = ExecIn(name="close", doc="starts to close the gripper and moves the fingers by the first step")
     stop = ExecIn(doc="stops the fingers where they are")
-    articulation_root_prim: Target = In(
-        required=True, setup=True, doc="the robot's prim, base link or articulation root"
-    )
+    articulation_root_prim: Target = In(required=True, setup=True, doc="robot's prim, base link or articulation root")
     gripper_prim: Target = In(doc="no effect: `jointNames` selects the joints")
     joint_names_in: Tokens = In(name="jointNames", required=True, doc="names of the fingers' joints")
     open_position: Doubles = In(
@@ -86,8 +84,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     )
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of `positionCommands`")
     position_commands: Doubles = Out(
-        unit="rad, m",
-        doc="position target of each joint; if this output is wired, the node itself does not set targets",
+        unit="rad, m", doc="position target of each joint; if wired, the node itself does not set targets"
     )
 
     articulation: Articulation = Bound()
@@ -112,17 +109,15 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
                 has the wrong length; a number is not finite; or a speed is not above 0.
         """
         selection, measured = self.joints()
-        goals, speed = (
-            self.goals(selection.names),
-            self.one_per_joint("gripperSpeed", self.gripper_speed, selection.names),
-        )
+        goals = self.goals(selection.names)
+        speed = self.one_per_joint("gripperSpeed", self.gripper_speed, selection.names)
         if not (speed > 0.0).all():
             raise BadValueError("gripperSpeed", speed.tolist(), "greater than 0")
         is_first = len(self.commanded) != len(measured)
         positions = measured if is_first or self.stop else np.array(self.commanded)
         motion = "close" if self.close_in else "open" if self.open_in else self.motion
         motion = "" if self.stop else motion
-        moves = bool(is_first or self.stop or motion)
+        moves = is_first or self.stop or motion
         if motion:
             positions = np.clip(goals[motion], positions - speed, positions + speed)
             motion = "" if np.array_equal(positions, goals[motion]) else motion
@@ -149,7 +144,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         return selection, robot.positions()[chosen]
 
     def goals(self, names: Sequence[str]) -> dict[str, NDArray[np.float64]]:
-        """Return a dictionary with the joint positions of the open gripper (key `open`) and of the closed one (key `close`).
+        """Return a dict with the joint positions of the open gripper (key `open`) and of the closed gripper (key `close`).
 
         Raises:
             BadValueError: an array has the wrong length or a number is not finite; or the inputs give no positions, and a joint
@@ -161,11 +156,8 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
             robot = self.articulation
             closed, opened = np.array([robot.ranges[robot.joint_names.index(name)] for name in names], float).T
             if not np.isfinite([closed, opened]).all():
-                raise BadValueError(
-                    "openPosition, closePosition",
-                    [],
-                    f"positions that are not all 0 (not all of {', '.join(names)} have limits to use instead)",
-                )
+                legal = f"positions that are not all 0 (not all of {', '.join(names)} have limits to use instead)"
+                raise BadValueError("openPosition, closePosition", [], legal)
         return {"open": opened, "close": closed}
 
     def one_per_joint(self, port: str, values: NDArray[np.float64], names: Sequence[str]) -> NDArray[np.float64]:
@@ -179,7 +171,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
             names: names of the joints.
 
         Raises:
-            BadValueError: the number of values is not 0, 1 or that of the joints, or a number is not finite.
+            BadValueError: the number of values is not 0, 1 or the number of joints, or a number is not finite.
         """
         if len(values) not in (0, 1, len(names)) or not np.isfinite(values).all():
             raise BadValueError(port, values.tolist(), f"one finite number, or one for each of {len(names)} joints")

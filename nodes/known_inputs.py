@@ -1,4 +1,4 @@
-"""Finds values of inputs and lengths of arrays that are known before a run, and reports those that are wrong."""
+"""Finds values of inputs and lengths of arrays that are known before a run, and reports wrong values and lengths."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ N = TypeVar("N", bound=Node)
 
 @dataclass(slots=True)
 class KnownInputs:
-    """What is known before a run about the inputs of one node: values that are not wired, and lengths of arrays."""
+    """The facts about one node's inputs that are known before a run: values that are not wired, and lengths of arrays."""
 
     graph: Graph
     instance: Instance
@@ -32,13 +32,11 @@ class KnownInputs:
             self._wires = {(wire.target, wire.target_field): wire for wire in self.graph.data_wires}
 
     def value(self, name: str) -> Any:
-        """Return the value of an input, by its Python name; None if the input is wired or left to the user of a subgraph."""
-        port = self.instance.cls.fields[name]
-        is_open = (self.instance.index, name) in self._wires or (
-            self.instance.id,
-            port.name,
-        ) in self.graph.declared_inputs
-        return None if is_open or name in self.instance.refused else self.instance.value(name)
+        """Return the value of the input with this Python name; None if it is wired or left to the user of a subgraph."""
+        node = self.instance
+        is_declared = (node.id, node.cls.fields[name].name) in self.graph.declared_inputs
+        is_open = is_declared or (node.index, name) in self._wires
+        return None if is_open or name in node.refused else node.value(name)
 
     def source(self, name: str) -> str:
         """Return the output that is wired to an input, such as `Array.array`; empty if the input is not wired."""
@@ -46,7 +44,7 @@ class KnownInputs:
         return "" if wire is None else str(wire.entry.source)
 
     def length(self, name: str) -> int | None:
-        """Return the length of an array input, by its Python name; None if it is unknown before the run."""
+        """Return the length of the array input with this Python name; None if it is unknown before the run."""
         wire = self._wires.get((self.instance.index, name))
         if wire is None:
             value = self.value(name)
@@ -61,7 +59,7 @@ class KnownInputs:
         return rule(inputs, port.field) if rule else None
 
     def same(self, _: str) -> int | None:
-        """Return the length that the array inputs have in common, and the outputs too; None if it is unknown or they differ."""
+        """Return the common length of the array inputs, which is the length of the outputs; None if it is unknown."""
         from graphengine.compiler.graph import known_type  # which node types must not need
 
         ports = [port for port in self.instance.cls.fields.values() if port.side == "inputs"]
@@ -75,7 +73,7 @@ class KnownInputs:
         Args:
             name: Python name of the input.
             needed: length that the node needs.
-            reason: help line that says why it needs this length.
+            reason: help line that says why the node needs this length.
             may_be_empty: whether the node also takes an empty array.
         """
         length, node = self.length(name), self.instance
@@ -89,7 +87,7 @@ class KnownInputs:
         self.findings.add("W215", message, span, origin, reason, related=node.entry.via)
 
     def warn_of_unequal(self, *names: str) -> None:
-        """Add W215 for array inputs whose length differs from that of the first of them; their lengths must be equal."""
+        """Add W215 for each array input whose length differs from the length of the first array input."""
         needed = self.length(names[0])
         if needed is not None:
             first = self.instance.cls.fields[names[0]].name
@@ -115,13 +113,13 @@ class KnownInputs:
 
 
 LENGTHS: dict[type[Node], Callable[[KnownInputs, str], int | None]] = {}
-"""Functions that return the length of an array output, by node type, or None if it is unknown before the run.
+"""A dict from node types to functions that return the length of an array output, or None if it is unknown before the run.
 
-Each gets the inputs of the node and the Python name of the output. The modules of the node types add them.
+A function gets the inputs of the node and the Python name of the output. The modules of the node types add the functions.
 """
 
 
 def known_inputs(context: LintContext, cls: type[N]) -> Iterator[tuple[KnownInputs, N]]:
-    """Yield what is known about the inputs of each node of a type, and a node object with the initial values of its inputs."""
+    """Yield the known inputs of each node of a type, and a node object with the initial values of the inputs."""
     for graph, instance, node in context.nodes(cls):
         yield KnownInputs(graph, instance, context.findings), node

@@ -9,6 +9,7 @@ import numpy as np
 from graphengine.devices.lidar import Lidar, Scan
 from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, State
 from graphengine.node.types import Buffer, Float, Float2, Floats, Int, Point3fs, Target, Token, UChars, UInt64
+from graphengine.nodes.point_metadata import metadata_ports
 
 
 def beams_of_a_ring(lidar: Lidar) -> int:
@@ -49,18 +50,12 @@ class BeamsNode(LidarNode):
 
     horizontal_fov: Float = Out(default=0.0, unit="deg", doc="angle between the first beam and the last beam of a ring")
     horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between neighbouring beams of a ring")
-    depth_range: Float2 = Out(
-        default=(0.0, 0.0), unit="m", doc="[shortest range, longest range] that the lidar can measure"
-    )
-    rotation_rate: Float = Out(
-        default=0.0, unit="Hz", doc="samples per second; all beams of a sample are cast at the same time"
-    )
+    depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="[shortest range, longest range] of the lidar")
+    rotation_rate: Float = Out(default=0.0, unit="Hz", doc="samples per second; all beams are cast at once")
     linear_depth_data: Floats = Out(unit="m", doc="range of each beam, ring by ring; infinite if the beam hits nothing")
     intensities_data: UChars = Out(doc="intensity of each beam, ring by ring, 0 to 255")
     num_cols: Int = Out(default=0, doc="number of beams in a ring")
-    azimuth_range: Float2 = Out(
-        default=(0.0, 0.0), unit="deg", doc="azimuths of the first beam and of the last beam of a ring"
-    )
+    azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuths of a ring's first and last beam")
 
     def put_out_beams(self, scan: Scan, beams: slice) -> None:
         """Set the outputs of this class; `beams` selects the beams of the sample to output."""
@@ -73,6 +68,7 @@ class BeamsNode(LidarNode):
 
 
 _NO_EFFECT = "no effect; in Isaac Sim it describes a buffer of the RTX renderer"
+_UNUSED = dict.fromkeys(("azimuth", "distance", "intensity"), ("", _NO_EFFECT))
 
 
 class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
@@ -84,20 +80,12 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
 
     exec_in = ExecIn(name="exec")
     render_product_path: Token = In(
-        required=True, setup=True, doc="path from IsaacCreateRenderProduct, or a lidar's prim path"
+        required=True, setup=True, doc="lidar: path from IsaacCreateRenderProduct, or prim path"
     )
     data_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
     cuda_device_index: Int = In(default=-1, doc=_NO_EFFECT)
     buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
-    azimuth_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
-    azimuth_data_type: Float = In(default=4.0, doc=_NO_EFFECT)
-    azimuth_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
-    distance_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
-    distance_data_type: Float = In(default=4.0, doc=_NO_EFFECT)
-    distance_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
-    intensity_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
-    intensity_data_type: Float = In(default=0.0, doc=_NO_EFFECT)
-    intensity_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
+    vars().update(metadata_ports(In, _UNUSED, _NO_EFFECT, _NO_EFFECT))
     num_rows: Int = Out(default=1, doc="number of rings that are output; always 1")
     exec_out = ExecOut(name="exec", doc="fires once per lidar sample")
 
@@ -124,11 +112,7 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
         unit="s", doc="time of each beam relative to the time of the sample; always 0, as all beams are cast at once"
     )
     num_rows: Int = Out(default=0, doc="number of rings")
-    zenith_range: Float2 = Out(
-        default=(0.0, 0.0),
-        unit="deg",
-        doc="elevations of the lowest ring and of the highest ring above the lidar's xy plane",
-    )
+    zenith_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="elevations of the lowest and of the highest ring")
     exec_out = ExecOut(doc="fires once per lidar sample")
 
     def setup(self, context: Context) -> None:
@@ -151,9 +135,7 @@ class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacRead
     exec_in = ExecIn()
     lidar_prim: Target = In(required=True, setup=True, doc="prim of the lidar")
     exec_out = ExecOut(doc="fires once per lidar sample")
-    data: Point3fs = Out(
-        unit="m", doc="hit points of the beams of all rings, in the lidar's frame; beams without a hit give no point"
-    )
+    data: Point3fs = Out(unit="m", doc="hit points in the lidar's frame, ring by ring; beams without a hit are skipped")
 
     def setup(self, context: Context) -> None:
         """Look up the lidar at `lidarPrim` and keep its handle."""

@@ -25,13 +25,10 @@ class IsaacReadIMU(Node, type="isaacsim.sensors.physics.IsaacReadIMU", gated=Tru
     exec_out = ExecOut()
     sensor_time: Float = Out(unit="s", doc="simulation time of the sample")
     lin_acc: Vector3d = Out(
-        unit="m/s2",
-        doc="acceleration in the sensor's frame; for an upright sensor at rest (0, 0, 9.81), or 0 if `readGravity` is false",
+        unit="m/s2", doc="acceleration in the sensor's frame; upright at rest (0, 0, 9.81), or 0 without gravity"
     )
     ang_vel: Vector3d = Out(unit="rad/s", doc="angular velocity in the sensor's frame")
-    orientation: Quaterniond = Out(
-        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) of the sensor in the world frame"
-    )
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) in the world frame")
 
     imu: Imu = Bound()
     last: int = State(default=-1)
@@ -62,9 +59,7 @@ class IsaacReadContactSensor(Node, type="isaacsim.sensors.physics.IsaacReadConta
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
     in_contact: bool = Out(default=False, doc="whether the contact force reaches the sensor's threshold")
-    value: Float = Out(
-        default=0.0, unit="N", doc="magnitude of the sum of all contact forces; 0 below the sensor's threshold"
-    )
+    value: Float = Out(default=0.0, unit="N", doc="magnitude of the sum of contact forces; 0 below the threshold")
 
     sensor: ContactSensor = Bound()
 

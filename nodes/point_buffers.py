@@ -40,7 +40,7 @@ _BUFFERS = {
     **dict.fromkeys(_MISSING, ("", _NONE)),
     "radialVelocityMS": ("m/s", "radial velocities, only of a radar: buffer with one float32 per point"),
 }
-"""Unit and description of the buffer for each kind of point metadata."""
+"""A dict from each kind of point metadata to the unit and the description of its buffer."""
 _SELECTORS = {
     **dict.fromkeys(_MISSING, _NONE),
     "emitterId": "true: output emitter IDs, which only a lidar has",
@@ -59,7 +59,7 @@ class _Returns:
     points: NDArray[np.float32]
     """Positions in the sensor's frame, m, shape (n, 3)."""
     values: Mapping[str, NDArray[Any]]
-    """Metadata that the sensor provides, by name: arrays with one element per point."""
+    """A dict from each kind of metadata that the sensor provides to an array with one element per point."""
 
     def metadata(self, name: str) -> NDArray[Any] | None:
         """Return one kind of metadata, with one element per point, or None if the sensor does not provide it.
@@ -107,10 +107,7 @@ class PointBuffersNode(Node):
     data_ptr: Buffer = In(default=0, doc=_BUFFER)
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     data_ptr_out: Buffer = Out(
-        default=0,
-        name="dataPtr",
-        unit="m",
-        doc="points in the sensor's frame: buffer with x, y, z of each point as float32",
+        default=0, name="dataPtr", unit="m", doc="points in the sensor's frame: buffer of x, y, z as float32"
     )
     cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
     buffer_size: UInt64 = Out(default=0, doc=_SIZE)
@@ -170,7 +167,7 @@ _METADATA = {
     for name in _BUFFERS
     if name not in _MISSING
 }
-"""Python names of two outputs, the buffer and the size of the buffer, by name of the metadata that a lidar or radar provides."""
+"""A dict from each kind of metadata that a sensor provides to the Python names of two outputs: the buffer and its size."""
 
 
 class OgnIsaacExtractRTXSensorPointCloud(
@@ -188,7 +185,7 @@ class OgnIsaacExtractRTXSensorPointCloud(
         required=True,
         setup=True,
         extension=True,
-        doc="path from IsaacCreateRenderProduct, or the prim path of a lidar or radar",
+        doc="lidar or radar: path from IsaacCreateRenderProduct, or prim path",
     )
     exec_out = ExecOut(name="exec", doc="fires once per sample of the sensor")
 
@@ -229,12 +226,10 @@ class IsaacCreateRTXLidarScanBuffer(
     def setup(self, context: Context) -> None:
         """Look up the sensor that `renderProductPath` selects, and warn about metadata that ray casting does not provide."""
         self.bind(context, self.render_product_path)
-        lost = [output_name(name) for name in _MISSING if self.is_selected(name)]
+        lost = ", ".join(output_name(name) for name in _MISSING if self.is_selected(name))
         if lost:
-            context.log(
-                "warning",
-                f"ray casting does not provide the metadata of these inputs, so they have no effect: {', '.join(lost)}",
-            )
+            text = "ray casting does not provide the metadata of these inputs, so they have no effect"
+            context.log("warning", f"{text}: {lost}")
 
     def is_selected(self, name: str) -> bool:
         """Return whether the input that selects this metadata is true."""

@@ -29,17 +29,17 @@ _DATA_TYPES: Mapping[str, dict[str, Any]] = {
     "tickState": {"type": "uchar"},
     "radialVelocityMS": {"type": "float"},
 }
-"""Type and default of the port that says which type the elements of a buffer have, by name of the metadata."""
+"""A dict from each kind of metadata to the type and default of the port that gives the type of the buffer's elements."""
 
 
 def metadata_ports(
     port: Callable[..., Any], kinds: Mapping[str, tuple[str, str]], data_type: str = "", size: str = ""
 ) -> dict[str, Any]:
-    """Return the ports of each kind of metadata, by Python name: a buffer, the type of its elements and its size.
+    """Return a dict from Python names to ports: for each kind of metadata, a buffer, the type of its elements and its size.
 
     Args:
         port: `In` or `Out`.
-        kinds: unit and description of the buffer, by name of the metadata.
+        kinds: a dict from each kind of metadata to the unit and description of its buffer.
         data_type: description of the ports for types.
         size: description of the ports for sizes.
     """
@@ -53,11 +53,11 @@ def metadata_ports(
 
 
 def output_inputs(names: Iterable[str], docs: Mapping[str, str] = MappingProxyType({})) -> dict[str, Any]:
-    """Return the inputs that select kinds of metadata, such as `outputIntensity`, by Python name.
+    """Return a dict from Python names to the inputs that select kinds of metadata, such as `outputIntensity`.
 
     Args:
-        names: names of the kinds of metadata.
-        docs: descriptions of inputs, by name of the metadata.
+        names: kinds of metadata.
+        docs: a dict from a kind of metadata to the description of its input.
     """
     return {
         f"output_{_field(name)}": In(type="bool", default=False, name=output_name(name), doc=docs.get(name, ""))

@@ -45,7 +45,7 @@ class PrimNode(Node):
     use_path: bool
 
     def given(self) -> str:
-        """Return the path of the prim, or an empty string if the inputs select no prim or a wire selects it during the run."""
+        """Return the path of the prim; an empty string if no input selects a prim, or a wire selects the prim during the run."""
         return self.prim_path if self.use_path else next(iter(self.prim), "")
 
     def path(self) -> str:
@@ -57,12 +57,8 @@ class PrimNode(Node):
         path = self.given()
         if not path:
             name, other = ("primPath", "prim") if self.use_path else ("prim", "primPath")
-            given = self.prim if self.use_path else self.prim_path
-            hint = (
-                f"{other} is set, but is used only if usePath is {'false' if self.use_path else 'true'}"
-                if given
-                else ""
-            )
+            unused = self.prim if self.use_path else self.prim_path
+            hint = f"{other} is set, but is used only if usePath is {str(not self.use_path).lower()}" if unused else ""
             raise ContextError(f"{name} is empty", "", hint)
         return path
 
@@ -70,9 +66,7 @@ class PrimNode(Node):
 class AttributeNode(PrimNode):
     """Base of nodes that read or write an attribute of a prim."""
 
-    name: Token = In(
-        default="", setup=True, required=True, doc="USD name of the attribute, such as `xformOp:translate`"
-    )
+    name: Token = In(default="", setup=True, required=True, doc="USD name of the attribute, for example `physics:mass`")
     use_path: bool = In(default=False, setup=True, doc=_USE_PATH)
 
     attribute: PrimAttribute = Bound()
@@ -185,8 +179,7 @@ class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLoca
     """Reads the pose of a prim in the world frame as a matrix for row vectors, with the position (m) in its last row."""
 
     local_to_world_transform: Any = Out(
-        type="matrixd[4]",
-        doc="pose in the world frame: 4 x 4 matrix, row by row, with the position (m) in its last row",
+        type="matrixd[4]", doc="pose in the world frame: 4 x 4 matrix, row by row; the last row is the position, m"
     )
 
     def compute(self) -> None:
@@ -217,8 +210,7 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
 
     prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
     value: Any = Out(
-        type="matrixd[4]",
-        doc="pose relative to the parent prim: 4 x 4 matrix, row by row, with the position (m) in its last row",
+        type="matrixd[4]", doc="pose relative to the parent: 4 x 4 matrix, row by row; the last row is the position, m"
     )
 
     translate: PrimAttribute = Bound()

@@ -21,9 +21,7 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
     raycast_sensor_prim: Target = In(required=True, setup=True, doc="prim of the raycast sensor")
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
-    depths: Floats = Out(
-        unit="m", doc="for each ray, distance from its origin to its hit; the sensor's `max_range` if there is no hit"
-    )
+    depths: Floats = Out(unit="m", doc="distance from each origin to the hit; `max_range` without a hit")
     hit_positions: Floats = Out(
         unit="m",
         doc="x, y, z of all hits in one array, 0 for rays without a hit; `output_frame` of the sensor selects the sensor's "
@@ -38,9 +36,7 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
     )
     num_rays: UInt = Out(default=0, doc="number of rays")
     beam_origins: Point3fs = Out(unit="m", doc="origin of each ray in the world frame")
-    beam_end_points: Point3fs = Out(
-        unit="m", doc="end of each ray in the world frame: its hit, or the point at the sensor's `max_range`"
-    )
+    beam_end_points: Point3fs = Out(unit="m", doc="end of each ray in the world frame: hit, or point at `max_range`")
 
     sensor: RaycastSensor = Bound()
 
@@ -69,16 +65,10 @@ class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam")
     exec_out = ExecOut()
     num_rays: Int = Out(default=0, doc="number of beams")
     beam_hit_data: Bools = Out(doc="whether each beam is broken")
-    linear_depth_data: Floats = Out(
-        unit="m", doc="for each beam, distance from its origin to its hit; the sensor's `max_range` if there is no hit"
-    )
-    hit_pos_data: Point3fs = Out(
-        unit="m", doc="end of each beam in the sensor's frame: its hit, or the point at the sensor's `max_range`"
-    )
+    linear_depth_data: Floats = Out(unit="m", doc="distance from each origin to the hit; `max_range` without a hit")
+    hit_pos_data: Point3fs = Out(unit="m", doc="end of each beam in the sensor's frame: hit, or point at `max_range`")
     beam_origins: Point3fs = Out(unit="m", doc="start of each beam in the world frame")
-    beam_end_points: Point3fs = Out(
-        unit="m", doc="end of each beam in the world frame: its hit, or the point at the sensor's `max_range`"
-    )
+    beam_end_points: Point3fs = Out(unit="m", doc="end of each beam in the world frame: hit, or point at `max_range`")
 
     sensor: LightBeam = Bound()
 

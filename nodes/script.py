@@ -55,8 +55,8 @@ class Database:
         inputs: values of the declared inputs, as attributes with the inputs' names; arrays are read-only.
         outputs: values of the declared outputs, as attributes with the outputs' names; the script sets them, and the node copies
             them to its outputs after `compute`.
-        per_instance_state: object on which the script may store its state as attributes; cleared when the simulation stops.
-        internal_state: the same object as `per_instance_state`.
+        per_instance_state: namespace for the attributes in which the script stores its state; a stop clears it.
+        internal_state: another name of `per_instance_state`.
     """
 
     def __init__(self, log: Log) -> None:
@@ -98,9 +98,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         doc="path of a file with Python code, relative to the graph file's folder; used if `usePath` is true",
     )
     attributes: Tokens = In(
-        default=(),
-        extension=True,
-        doc='inputs and outputs to declare, such as "inputs:speed double" or "outputs:command double[]"',
+        default=(), extension=True, doc='ports to declare, such as "inputs:speed double" or "outputs:command double[]"'
     )
     exec_out = ExecOut()
 
@@ -110,7 +108,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the inputs and outputs that `attributes` declares, by Python name.
+        """Return a dict from Python names to the inputs and outputs that `attributes` declares.
 
         Raises:
             ValueError: a declaration is invalid, or the node already has a port with the declared name.
@@ -176,9 +174,8 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         for name, value in vars(db.outputs).items():
             if name not in ports:
                 hint = did_you_mean(name, ports) or listing(ports, "outputs")
-                raise TypeError(
-                    f'db.outputs.{name} is not a declared output; add "outputs:{name} double" to attributes; {hint}'
-                )
+                remedy = f'add "outputs:{name} double" to attributes'
+                raise TypeError(f"db.outputs.{name} is not a declared output; {remedy}; {hint}")
             field = ports[name].field
             if ports[name].is_exec:
                 fired |= getattr(self, field) if value else 0
@@ -272,7 +269,7 @@ def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]
 
 
 def _field(side: str, name: str, port_type: PortType | types.UnionType) -> Any:
-    """Return the field of a declared port. An output of type `any` is a union of all types, which its wires resolve."""
+    """Return the field of a declared port. An output of type `any` is a union of all types; its wires determine the type."""
     doc = "declared in `attributes`"
     if port_type == types.EXECUTION:
         return (ExecIn if side == "inputs" else ExecOut)(name=name, doc=doc)
@@ -285,14 +282,13 @@ def _declaration(text: object) -> tuple[str, str, PortType | types.UnionType]:
     """Return the side (`inputs` or `outputs`), the name and the type in a declaration such as `inputs:speed double`.
 
     Raises:
-        ValueError: the text is not such a declaration, or the declared port is a bundle.
+        ValueError: the text is not a declaration of this form, or the declared port is a bundle.
     """
     path, _, type_name = text.partition(" ") if isinstance(text, str) else ("", "", "")
     side, _, name = path.partition(":")
     if side not in ("inputs", "outputs") or not name.isidentifier() or name.startswith("_"):
-        raise ValueError(
-            f'{text!r} declares no attribute; write a declaration such as "inputs:speed double" or "outputs:command double[]"'
-        )
+        example = '"inputs:speed double" or "outputs:command double[]"'
+        raise ValueError(f"{text!r} declares no attribute; write a declaration such as {example}")
     port_type = types.parse(type_name.strip())
     if port_type == types.parse("bundle"):
         raise ValueError(f"{text!r}: a script cannot have a bundle; declare one attribute for each value")

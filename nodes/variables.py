@@ -14,9 +14,7 @@ _IGNORED = "no effect; Isaac Sim ignores this input too"
 class VariableNode(Node):
     """Base of nodes that read or write a graph variable. The ports named `value` have the type of the variable."""
 
-    variable_name: Token = In(
-        default="", setup=True, required=True, doc="name of a variable below `variables:` in the graph file"
-    )
+    variable_name: Token = In(default="", setup=True, required=True, doc="variable from `variables:` of the graph file")
     graph: Target = In(default=(), doc=_IGNORED)
     target_path: Token = In(default="", doc=_IGNORED)
 

@@ -42,6 +42,8 @@ class RunOptions:
         patient: whether DDS writers wait for slow readers.
         parameters: whether the session offers ROS parameters; only transports with a ROS node can.
         lockstep: topics on which the run waits for programs; None takes those of the scene file.
+        edit: whether commands may change the files of the session, as `graphrun ctl save` does.
+        ports: addresses of ports whose values are recorded and served to Foxglove; their parts may be globs.
         seed: seed of all random generators; None takes the seed with which the scene was loaded.
     """
 
@@ -64,6 +66,8 @@ class RunOptions:
     foxglove_publish: bool = False
     parameters: bool = True
     lockstep: Sequence[LockstepSpec] | None = None
+    ports: Sequence[str] = ()
+    edit: bool = False
 
 
 class _Lockstep(Spec):

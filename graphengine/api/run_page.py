@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.recording_page import MAX_ENTRIES, log_entry
-from graphengine.api.runner import AfterTick
 from graphengine.recording.marks import LONGEST
 from graphengine.view.html.html_file import LogEntry, Plot, robot_plots, write_html
 from graphengine.view.html.trace import SceneTrace

@@ -7,7 +7,6 @@ import math
 import re
 import signal
 import threading
-from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -15,12 +14,13 @@ from dataclasses import replace
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
+from graphengine.api.port_channels import PortChannels
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.api.values import check_choice
 from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
-from graphengine.format.stateful import Stateful
 from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
 from graphengine.ros.domain import Domain
@@ -33,6 +33,7 @@ from graphengine.runtime.commands import parse
 from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.pacer import SLOWEST
+from graphengine.runtime.port_values import PortValues
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import BadValues, LoadedScene
@@ -43,14 +44,6 @@ if TYPE_CHECKING:
     from graphengine.view.feed import Feed
 
 T = TypeVar("T")
-
-
-class AfterTick(Stateful):
-    """Something that a session does after each tick; checkpoints contain its state."""
-
-    @abstractmethod
-    def after_tick(self, frame: int) -> None:
-        """Act if it is time; `frame` is the number of ticks since the start or since the last reset of the time."""
 
 
 class Runner:
@@ -110,9 +103,14 @@ class Runner:
                 fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
+            self.session.edits = options.edit
             self.session.queue, self.session.gate = self.queue, gate.opens
             self.problems.begin(self.session.services.dropped, lambda: self.session.time)
             closing.callback(self.session.close)
+            self._ports = PortValues(self.session, options.ports) if options.ports else None
+            self._port_channels: PortChannels | None = None
+            if self.foxglove is not None and self._ports is not None:
+                self._port_channels = closing.enter_context(PortChannels(self.foxglove, self._ports))
             self._open_recorder(modules)
             closing.callback(self._end_recording)
             self._offer_simulation_interfaces()
@@ -203,6 +201,7 @@ class Runner:
                 force=self.options.force,
                 keep_going=self.options.keep_going,
                 modules=modules,
+                ports=self._ports,
             )
 
     def _end_recording(self, error: BaseException | None = None) -> None:
@@ -232,8 +231,6 @@ class Runner:
             from graphengine.control.parameters import ParameterNodes
 
             closing.callback(ParameterNodes(self.session, self.queue, transport, self._complain).close)
-
-    # Who may call it, and when
 
     def enter(self) -> None:
         """Acquire `lock` for this thread without waiting; the same thread has to release it.
@@ -323,6 +320,8 @@ class Runner:
             action.after_tick(self.session.clock.frame)
         if self._diagnostics is not None:
             self._diagnostics.after_tick()
+        if self._port_channels is not None:
+            self._port_channels.after_tick(self.session.ticks)
         if self.feed is not None:
             self.feed.after_tick()
 

@@ -104,6 +104,7 @@ class Scene:
         control: str | None = None,
         simulation_interfaces: str | None = None,
         lockstep: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+        ports: Sequence[str] = (),
         log: Log | None = None,
     ) -> Session:
         """Start a session and return it, stopped at time 0. Close the session, or use it in a `with` statement.
@@ -126,6 +127,8 @@ class Scene:
             lockstep: topic on which the run waits for another program, with the keys of `lockstep` in a scene file, such as
                 `{"topic": "/cmd_vel", "period": 0.1}`, or a list of topics. None takes those of the scene file; `[]` waits
                 for no program.
+            ports: addresses of ports whose values the recording also contains, as channels `/_graph/ADDRESS`; their parts
+                may be globs, such as `*/ComputeOdom.*`.
             log: function to call for each log message of a node; its arguments are the severity, the prim path of the node
                 and the text. None sends the messages to the Python logger `graphengine`.
 
@@ -147,6 +150,7 @@ class Scene:
             control=control,
             simulation_interfaces=simulation_interfaces,
             lockstep=read_lockstep(plain(lockstep)) if lockstep is not None else None,
+            ports=tuple(ports),
             log=log or log_to_logging,
         )
         return Session(start_runner(self, options))

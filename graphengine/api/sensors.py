@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.guards import acting, reading
 from graphengine.api.pictures import simulated
-from graphengine.api.runner import AfterTick, Runner
+from graphengine.api.runner import Runner
 from graphengine.devices.robot_sensors import sensors_of
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PrimError, UnknownEntityError

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, overload
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.calls import Goal, ServiceCall, call_service
-from graphengine.api.expecting import Check
+from graphengine.api.checks import Check
 from graphengine.api.guards import acting, reading
 from graphengine.api.output_digest import OutputDigest
-from graphengine.api.runner import AfterTick, Runner
+from graphengine.api.runner import Runner
 from graphengine.api.session_world import SessionWorld
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
+from graphengine.api.value_records import ValueRecord
 from graphengine.api.values import plain, read_only
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.format.wording import did_you_mean, listing
@@ -62,6 +64,9 @@ class Session(SessionWorld):
         Raises:
             UsageError: no port or several ports match the address.
         """
+        return self._port_value(address)
+
+    def _port_value(self, address: str) -> Any:
         graphs = self._runner.session.graphs
         if self._graphs is not graphs:
             self._graphs, self._ports = graphs, {}
@@ -141,15 +146,16 @@ class Session(SessionWorld):
         Raises:
             UsageError: a condition of an expectation is not legal, or names something that the session does not have.
         """
-        self._judge(begin)
-        added = tuple(self._checks[-len(begin) :]) if begin else ()
-        return added[0] if len(begin) == 1 else added
+        checks = self._judge(begin)
+        return checks[0] if len(checks) == 1 else checks
 
     @acting
-    def _judge(self, begin: Sequence[Callable[[Session], Check]]) -> None:
-        checks = [start(self) for start in begin]
-        self._runner.after_ticks.update(dict(zip(checks, checks, strict=True)))
+    def _judge(self, begin: Sequence[Callable[[Session], Check]]) -> tuple[Check, ...]:
+        checks = tuple(start(self) for start in begin)
+        for check in checks:
+            check.begin(self._runner.after_ticks)
         self._checks.extend(checks)
+        return checks
 
     @reading
     def mark(self, text: str) -> None:
@@ -206,7 +212,7 @@ class Session(SessionWorld):
         for check in self._checks:
             if not self._runner.cut_short:
                 check.end()
-            self._runner.after_ticks.pop(check, None)
+            check.stop(self._runner.after_ticks)
 
     # Measurements
 
@@ -271,6 +277,24 @@ class Session(SessionWorld):
             UsageError: no graph uses the topic and `type` is missing, or the graphs use another type.
         """
         return open_subscription(self, topic, type, keep)
+
+    @acting
+    def record_values(self, *addresses: str) -> ValueRecord:
+        """Collect the values of ports after each tick, as arrays.
+
+        >>> record = sim.record_values("*/joint_states/ComputeOdom.position")
+        >>> sim.run(0.5)
+        True
+        >>> record.times.shape, record["dd100/joint_states/ComputeOdom.position"].shape
+        ((30,), (30, 3))
+
+        Args:
+            addresses: addresses of ports as in `value`; their parts may be globs.
+
+        Raises:
+            UsageError: no port matches an address, or none of the ports has a number, a text or a short array.
+        """
+        return ValueRecord(self._runner, addresses)
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:

@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, Self
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.guards import acting, reading
-from graphengine.api.runner import AfterTick, Runner
+from graphengine.api.runner import Runner
 from graphengine.api.values import plain
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import Spec

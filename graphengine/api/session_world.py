@@ -21,6 +21,8 @@ from graphengine.api.session_control import SessionControl
 from graphengine.api.values import plain
 from graphengine.api.viewing import open_page
 from graphengine.devices.rotation import Quaternion, Vector3
+from graphengine.runtime.command import find_robot
+from graphengine.runtime.why.explanation import Explanation, explain
 
 
 class SessionWorld(SessionControl):
@@ -64,6 +66,23 @@ class SessionWorld(SessionControl):
             UsageError: the session runs a graph without a scene (when `model` or `data` is read).
         """
         return MujocoObjects(self._runner)
+
+    @reading
+    def why(self, robot: str) -> Explanation:
+        """Explain why a robot stands still; `graphrun ctl why` and the web page show the same text.
+
+        >>> sim.run(0.1)
+        True
+        >>> sim.why("dd100").sentence
+        'nobody publishes on /dd100_0000/cmd_vel, from which dd100/cmd_vel/SubscribeTwist takes its commands'
+
+        Args:
+            robot: name of the robot.
+
+        Raises:
+            UnknownEntityError: no robot has the name.
+        """
+        return explain(self._runner.session, find_robot(self._runner.session, robot), paused_counts=False)
 
     @acting
     def move(

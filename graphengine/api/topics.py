@@ -6,8 +6,9 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
+from graphengine.api.after_tick import AfterTick
 from graphengine.api.guards import HasRunner, acting
-from graphengine.api.runner import AfterTick, Runner
+from graphengine.api.runner import Runner
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages import messages
@@ -33,13 +34,14 @@ class Subscription(Generic[M]):
     Attributes:
         topic: full name of the topic.
         type: message type, such as `nav_msgs/msg/Odometry`.
+        definitions: definitions of the message type and of its fields.
     """
 
     def __init__(self, runner: Runner, topic: str, type: MessageType, keep: int) -> None:
         if keep < 1:
             raise UsageError(f"keep: expected at least 1 message, got {keep}")
         self.topic, transport, claims, self.type = find_end(runner, topic, type, ("publish", "subscribe"))
-        self._definitions = runner.scene.definitions
+        self.definitions = runner.scene.definitions
         self._kept: deque[bytes] = deque(maxlen=keep)
         self._arrived = 0
         offered = [settled(claim.qos) for claim in claims if claim.direction == "publish"]
@@ -57,7 +59,7 @@ class Subscription(Generic[M]):
         self._arrived += 1
 
     def _decode(self, data: bytes) -> M:
-        message: M = messages.decode(data, self.type, self._definitions)
+        message: M = messages.decode(data, self.type, self.definitions)
         return message
 
     @property
@@ -75,9 +77,9 @@ class Subscription(Generic[M]):
         """The newest messages, at most `keep`, oldest first. The arrays in the messages are read-only."""
         return [self._decode(data) for data in tuple(self._kept)]
 
-    def newest(self, count: int) -> list[M]:
-        """Return the newest messages, at most `count` of those that are kept, oldest first."""
-        return [self._decode(data) for data in tuple(self._kept)[len(self._kept) - min(count, len(self._kept)) :]]
+    def newest_data(self, count: int) -> list[bytes]:
+        """Return the newest messages as CDR data, at most `count` of those that are kept, oldest first."""
+        return list(self._kept)[-count:] if count else []
 
     @property
     def received(self) -> int:

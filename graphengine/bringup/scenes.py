@@ -1,4 +1,4 @@
-"""The functions that map a scene, judge where a robot can localize itself in it, and calibrate its robots."""
+"""Functions that map a scene, compute how well robots localize themselves in the map, and calibrate robots."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ def occupancy_map(
 
     Args:
         scene: the scene.
-        path: path without suffix; the map is written to an image and to PATH.yaml. None writes no files.
+        path: path, without suffix, of the image and of PATH.yaml to write; None writes no files.
         heights: lowest and highest z in the world at which bodies count as obstacles, m.
         cell: side of a cell, m.
         bounds: south-west and north-east corner (x, y), m, rounded outwards to whole cells; None fits the map to the prims
             in `select`.
         origin: point (x, y) at which corners of cells meet, m; aligns the grid.
-        free: points (x, y) from which free space is flood-filled, m; empty takes the position of the first robot.
-        select: paths of prims whose extent the map covers if `bounds` is None; empty takes all obstacles.
+        free: points (x, y) from which free space is flood-filled, m; empty for the position of the first robot.
+        select: paths of prims whose extent the map covers if `bounds` is None; empty for all obstacles.
         include: paths of robots and movable bodies to map as obstacles.
         exclude: paths of prims that are not mapped as obstacles.
         image: file format of the image.
@@ -101,13 +101,13 @@ def localizability(
     Args:
         scene: the scene.
         chart: map of the scene.
-        path: path without suffix; the result is written to a PNG and a CSV file. None writes no files.
-        robot: name of the robot; None takes the first robot.
-        lidar: path of the lidar's prim; None takes the robot's only lidar.
+        path: path, without suffix, of the PNG and CSV files to write; None writes no files.
+        robot: name of the robot; None chooses the first robot.
+        lidar: path of the lidar's prim; None chooses the robot's only lidar.
         spacing: distance between neighbouring places, m.
         scans: number of scans whose likelihoods are multiplied to compute the ambiguity.
         alpha: translation noise of the motion model, alpha3 of AMCL.
-        progress: function called with the completed share of the work, 0 to 1.
+        progress: receives the completed share of the work, 0 to 1.
 
     Returns:
         Spread and ambiguity of each place and heading, as `graphengine.bringup.maps.localizability` defines them.

@@ -29,6 +29,7 @@ VERBS = {
     "ctl": "control a running simulation: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
     "view": "show a recorded run on a web page: play it, go to any time, find the first difference of a replay",
+    "data": "write topics and ports of a recording as a table: CSV or Parquet",
     "check": "report all errors and warnings in scenes and graphs",
     "explain": "explain the code of an error, warning or note: its cause, an example and the remedy",
     "show": "print a graph's nodes and wires, its schedule or its generated code, or draw the graph",
@@ -58,16 +59,16 @@ FILES_ONLY = ("check", "completion", "explain", "nodes", "schema", "show")
 """Verbs that exchange no data with other programs. They do not import `logging`, so that they start fast."""
 
 MODULES = {"import": "import_graph", "import-robot": "import_urdf"}
-"""Module name by verb, for verbs whose module is named differently."""
+"""A dict from a verb to the name of its module, for modules that are not named after their verb."""
 OLD_NAMES = {"import-urdf": "import-robot"}
-"""Current name of a verb by its former name; former names still work."""
+"""A dict from former names of verbs to their current names; former names still work."""
 
 
 class Version(argparse.Action):
-    """The option `--version`. With `--verbose`, it also prints sandbox features, transports and a damaged installation."""
+    """The option `--version`, which with `--verbose` also prints sandbox features, transports and damage to the installation."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        """Print the version; if `--verbose` is given, also what this machine offers; exit with code 0."""
+        """Print the version and exit with code 0; with `--verbose`, also print the sandbox features and transports."""
         print(f"graphrun {__version__}")
         if parser.get_default("verbose"):
             from graphengine.cli.common import clean
@@ -87,10 +88,10 @@ class Version(argparse.Action):
 
 
 def make_parser(*whole: str, plugin: str | None = None) -> argparse.ArgumentParser:
-    """Return the parser of the command line. It has all built-in verbs, but the arguments only of the verbs in `whole`.
+    """Return the parser of the command line with all built-in verbs; only the verbs in `whole` get their arguments.
 
-    With `plugin`, it also has the verbs of installed packages, but the arguments only of the verb `plugin`; if this text is
-    empty, the arguments of all.
+    Unless `plugin` is None, the parser also has the verbs of installed packages; only the verb `plugin` gets its arguments, or
+    every verb if `plugin` is empty.
     """
     parser = Parser(
         prog="graphrun",
@@ -160,7 +161,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _discard_unwritten() -> None:
-    """Discard output that cannot be written, or some versions of Python write it again when they exit, and exit with code 120."""
+    """Discard output that cannot be written; some versions of Python would write it again at exit, and exit with code 120."""
     for stream in (sys.stdout, sys.stderr):
         try:
             if stream is not None:
@@ -171,7 +172,7 @@ def _discard_unwritten() -> None:
 
 
 def _execute(parsed: argparse.Namespace) -> int:
-    """Execute the verb and return its exit code. If it raises, print the message and return the exit code for the exception."""
+    """Execute the verb and return its exit code; print the message of an exception and return the exit code for it."""
     from graphengine.cli.common import clean, explain, print_findings
     from graphengine.cli.terminal import wrapped
     from graphengine.format.diagnostics import CheckError

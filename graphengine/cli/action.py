@@ -7,8 +7,8 @@ import queue
 import sys
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.live import FEEDBACK, Live, absolute, add_message_arguments, show
-from graphengine.cli.options import add_flag
+from graphengine.cli.live import FEEDBACK, Live, absolute, actions_of, add_message_arguments, show, types_by_name
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.subverbs import add_live_subverbs, reach_of
 from graphengine.ros.network_graph import NetworkGraph
 
@@ -45,16 +45,12 @@ def _list(arguments: argparse.Namespace) -> int:
 
 
 def action_types(graph: NetworkGraph) -> dict[str, list[str]]:
-    """Return the types of each action by its name; both come from the feedback topics on the network."""
-    topics = {topic: types for topic, types in graph.types().items() if topic.endswith(FEEDBACK)}
-    return {
-        topic.removesuffix(FEEDBACK): [name.removesuffix("_FeedbackMessage") for name in types]
-        for topic, types in topics.items()
-    }
+    """Return a dict from each action on the network to its types, both sorted."""
+    return types_by_name(sorted(actions_of((end.topic, end.message_type) for end in graph.endpoints)))
 
 
 def _info_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
+    add_value(parser, "action", "ACTION", "action, such as /fibonacci")
     add_flag(parser, "--show-types", "also print the type of each client and server", short="-t")
     add_flag(parser, "--count", "print only the number of clients and servers", short="-c")
 
@@ -66,16 +62,14 @@ def _info(arguments: argparse.Namespace) -> int:
         TransportError: the action has no client or server.
     """
     action = absolute(arguments.action)
+    feedback = action + FEEDBACK
     with Live(arguments) as live:
         graph = live.graph(names=not arguments.count)
         known = action_types(graph)
         if action not in known:
             raise live.unknown("action", action, known)
         show(f"Action: {action}")
-        for what, ends in (
-            ("clients", graph.subscribers(action + FEEDBACK)),
-            ("servers", graph.publishers(action + FEEDBACK)),
-        ):
+        for what, ends in (("clients", graph.subscribers(feedback)), ("servers", graph.publishers(feedback))):
             show(f"Action {what}: {len(ends)}")
             for end in () if arguments.count else ends:
                 kind = f" [{end.message_type.removesuffix('_FeedbackMessage')}]" if arguments.show_types else ""
@@ -84,8 +78,8 @@ def _info(arguments: argparse.Namespace) -> int:
 
 
 def _send_goal_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
-    parser.add_argument("type", metavar="TYPE", help="action type, such as example_interfaces/action/Fibonacci")
+    add_value(parser, "action", "ACTION", "action, such as /fibonacci")
+    add_value(parser, "type", "TYPE", "action type, such as example_interfaces/action/Fibonacci")
     add_message_arguments(parser, "goal", "goal", "{order: 10}")
     add_flag(parser, "--feedback", "print feedback as it arrives", short="-f")
     parser.epilog = "Ctrl-C cancels the goal. The exit code is 0 if the goal succeeded, else 1."

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_access_arguments, clean, fitted_table, log_problem, open_scene, table
-from graphengine.cli.options import add_flag, add_repeatable
+from graphengine.cli.options import add_flag, add_repeatable, add_value
 from graphengine.cli.progress import share_of
 from graphengine.cli.quantities import number, whole
 from graphengine.format.errors import UsageError
@@ -22,37 +22,31 @@ if TYPE_CHECKING:
     from graphengine.bringup.calibration.figures import Calibration, ImuNoise, Motion, Odometry
 
 BOUND = 0.02
+"""Default of `--check`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun calibrate` to its parser."""
-    what = "a scene file, or the name of an included one, such as dd100_flat"
-    parser.add_argument("file", metavar="SCENE", help=what)
+    add_value(parser, "file", "SCENE", "a scene file, or the name of an included one, such as dd100_flat")
     drive = parser.add_argument_group("test drives")
-    drive.add_argument("--robot", metavar="NAME", help="robot to calibrate (default: the only one)")
+    add_value(drive, "--robot", "NAME", "robot to calibrate (default: the only one)")
     topic = "command topic of the robot, a Twist, TwistStamped or AckermannDriveStamped (default: the only one)"
-    drive.add_argument("--command-topic", metavar="TOPIC", help=topic)
+    add_value(drive, "--command-topic", "TOPIC", topic)
     limit = "reduced to the limits of the robot's controllers"
-    drive.add_argument(
-        "--speed", metavar="V", type=number, default=0.3, help=f"speed to command, m/s (default 0.3); {limit}"
-    )
+    add_value(drive, "--speed", "V", f"speed to command, m/s (default 0.3); {limit}", type=number, default=0.3)
     turn = f"turn rate to command, rad/s (default 0.6); {limit}"
-    drive.add_argument("--turn-speed", metavar="W", type=number, default=0.6, help=turn)
+    add_value(drive, "--turn-speed", "W", turn, type=number, default=0.6)
     result = parser.add_argument_group("result")
-    check = (
-        "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; 1.5 times"
-    )
+    check = "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; 1.5 "
     check += (
-        " this share for turns, arcs and sideways drives, 5 times for turns and arcs of a skid-steered base), if a stop is"
-        " longer than 1.2 v^2/2a, or if the parked robot creeps on a slope"
+        "times for turns, arcs and sideways drives, 5 times for turns and arcs of a skid-steered base), if a stop is "
     )
-    result.add_argument("--check", metavar="BOUND", type=number, nargs="?", const=BOUND, help=check)
-    write = (
-        "write the measured wheel radius, track, wheel base and covariances to the files of the robot and its graphs"
-    )
+    check += "longer than 1.2 v^2/2a, or if the parked robot creeps on a slope"
+    add_value(result, "--check", "BOUND", check, type=number, nargs="?", const=BOUND)
+    write = "write the measured wheel radius, track, wheel base and covariances to the files of robot and graphs"
     add_flag(result, "--write", write)
     picture = "SVG file to write, with a square path as commanded, as driven and by odometry"
-    result.add_argument("--picture", metavar="FILE", type=Path, help=picture)
+    add_value(result, "--picture", "FILE", picture, type=Path)
     form = "output format (default text); json has SI units, and null for values that were not measured"
     result.add_argument("--format", choices=("text", "json"), default="text", help=form)
     files = parser.add_argument_group("files")
@@ -123,7 +117,7 @@ def _write(scene: Scene, result: Calibration) -> None:
 
 
 def _check(result: Calibration, bound: float) -> int:
-    """Print the motions whose speed is out of bounds, a long stop and creep; return the exit code: 1 if there are any, else 0."""
+    """Print each motion with a speed out of bounds, a stop that is too long, and creep; return 1 if one occurs, else 0."""
     from graphengine.bringup.calibration.figures import CREEP, STOP_MARGIN
 
     flaws = []
@@ -131,15 +125,12 @@ def _check(result: Calibration, bound: float) -> int:
         allowed = f"the difference may be at most {_percent(motion.margin * bound)}"
         speed = "" if motion.speed_share is None else f" turn rate, {_percent(motion.speed_share)} of the commanded"
         flaws.append(f"{motion.name}: {_percent(motion.share)} of the commanded{speed} speed; {allowed}")
-    if result.stop is not None and not result.stop.is_within():
-        flaws.append(
-            f"stop: {result.stop.distance:.3f} m, more than {STOP_MARGIN:g} of v^2 / 2a with the limit of the deceleration"
-        )
+    if (stop := result.stop) is not None and not stop.is_within():
+        ideal = "v^2 / 2a with the limit of the deceleration"
+        flaws.append(f"stop: {stop.distance:.3f} m, more than {STOP_MARGIN:g} of {ideal}")
     if result.slope is not None and not result.slope.is_within():
-        creep = max(result.slope.along, result.slope.across)
-        flaws.append(
-            f"parked on a slope of 5 degrees: creeps at {_millimetres(creep)}/s, more than {_millimetres(CREEP)}/s"
-        )
+        creep, limit = _millimetres(max(result.slope.along, result.slope.across)), _millimetres(CREEP)
+        flaws.append(f"parked on a slope of 5 degrees: creeps at {creep}/s, more than {limit}/s")
     for flaw in flaws:
         print(flaw, file=sys.stderr)
     return 1 if flaws else 0
@@ -149,7 +140,7 @@ def _check(result: Calibration, bound: float) -> int:
 
 
 def _report(result: Calibration) -> str:
-    """Return the measurements as text: one table for each kind, then the notes."""
+    """Return the measurements as text: tables of motions, geometry, limits, squares, odometry, AMCL and IMUs, then the notes."""
     if not result.moves:
         return "\n".join([f"{result.robot} cannot be calibrated", *(f"  {note}" for note in result.notes)])
     kind = f", {result.kinematics}" if result.kinematics else ""
@@ -219,10 +210,8 @@ def _at_limits(result: Calibration) -> Iterator[Sequence[str]]:
             ideal = f"{stop.ratio:.2f} of v^2 / 2a with its limit of {stop.deceleration:g} m/s2"
         yield "stop", f"{stop.distance:.3f} m from {stop.speed:.3g} m/s: {ideal}"
     if (slope := result.slope) is not None:
-        yield (
-            "parked",
-            f"creeps at {_millimetres(slope.along)}/s up the slope, {_millimetres(slope.across)}/s across it",
-        )
+        along, across = _millimetres(slope.along), _millimetres(slope.across)
+        yield "parked", f"creeps at {along}/s up the slope, {across}/s across it"
 
 
 def _squares(result: Calibration) -> Iterator[Sequence[str]]:

@@ -30,10 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--strict", "exit with code 1 also if there are only warnings")
     form = "output format (default text); github prints annotations for pull requests in GitHub Actions"
     parser.add_argument("--format", choices=("text", "json", "github"), default="text", help=form)
-    parser.epilog = (
-        "For a folder, all scene, robot and graph files in it and its subfolders are checked. The code of a finding, "
-    )
-    parser.epilog += "such as G204, is explained by `graphrun explain G204`."
+    parser.epilog = "In a folder and its subfolders, all scene, robot and graph files are checked. "
+    parser.epilog += "`graphrun explain G204` explains the code of a finding, here G204."
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -67,7 +65,7 @@ def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findin
     """Check files and add their findings; return the number of graphs.
 
     Args:
-        given: kind and path of each file. A file that an earlier one uses is skipped, because it was checked with that one.
+        given: kind and path of each file. Files that an earlier file uses are skipped, because they were checked with it.
         options: options of loading.
         findings: receives the findings.
     """

@@ -1,4 +1,4 @@
-"""Parts that several verbs share: arguments and their parsing, loading of files, and printing of findings."""
+"""Code that several verbs share: arguments and their parsing, loading of files, and printing of findings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
 from graphengine.cli.finding_formats import coloured
-from graphengine.cli.options import add_flag, add_repeatable
+from graphengine.cli.options import add_flag, add_repeatable, add_value
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import ip_address, port, whole
 from graphengine.format.diagnostics import CheckError, Finding, Findings
@@ -41,14 +41,11 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False, r
     what = "a scene or graph file, or the name of an included one, such as dd100_warehouse or dd100/cmd_vel"
     what += "; or a recording made by `graphrun run --record FILE`" if recordings else ""
     parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
-    parser.add_argument("--scene", metavar="SCENE", help="scene in which to load a graph file")
-    add_repeatable(
-        parser, "--set", "NODE.PORT=VALUE", "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
-    )
+    add_value(parser, "--scene", "SCENE", "scene in which to load a graph file")
+    inputs = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
+    add_repeatable(parser, "--set", "NODE.PORT=VALUE", inputs)
     add_flag(parser, "--robot-state", "publish the topics of robot_state_publisher for each robot")
-    localization = (
-        "truth: publish map -> odom for each mobile robot from its true pose, instead of running AMCL or SLAM"
-    )
+    localization = "truth: publish map -> odom of each mobile robot from its true pose, instead of AMCL or SLAM"
     parser.add_argument("--localization", choices=("truth",), help=localization)
     rays = "ray casting of lidars: mujoco, fast (needs numba), or auto: fast if possible (default auto)"
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), default="auto", help=rays)
@@ -57,17 +54,16 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False, r
 
 
 def add_access_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say which files and modules a scene may use, and which permissions its graphs have."""
+    """Add the options for the files and modules that a scene may use, and for the permissions of its graphs."""
     add_allow_argument(parser)
     add_import_argument(parser)
-    variable = "let graphs read this environment variable with IsaacReadEnvVar"
-    add_repeatable(parser, "--env", "NAME", variable)
+    add_repeatable(parser, "--env", "NAME", "let graphs read this environment variable with IsaacReadEnvVar")
     scripts = "let graphs run the Python code of their ScriptNodes without a sandbox; read the code first"
     add_flag(parser, "--allow-scripts", scripts)
 
 
 class _Transports:
-    """The legal values of `--transport` with their help. They are looked up on first use, because packages can add transports."""
+    """The legal values of `--transport` with their help, looked up at the first use, because packages can add transports."""
 
     def __init__(self, reaching_others: bool) -> None:
         self._reaching_others = reaching_others
@@ -90,12 +86,12 @@ def add_transport_argument(parser: argparse.ArgumentParser, what: str = "", *, r
 
     Args:
         parser: parser to add the option to.
-        what: words to add to the help, which say what the transport is for.
-        reaching_others: leave out transports whose messages stay in the process.
+        what: purpose of the transport for the help, such as ` for --topic and --node`.
+        reaching_others: whether to leave out transports whose messages stay in the process.
     """
     what = f"connection to ROS 2{what} (default auto): %(choices)s"
     choices: Any = _Transports(reaching_others)
-    parser.add_argument("--transport", metavar="NAME", choices=choices, default="auto", help=what)
+    add_value(parser, "--transport", "NAME", what, choices=choices, default="auto")
 
 
 def add_import_argument(parser: argparse.ArgumentParser) -> None:
@@ -106,15 +102,13 @@ def add_import_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     """Add `--view-host` and `--view-port` for the web page."""
-    host = "address to serve the web page on (default 127.0.0.1)"
-    parser.add_argument("--view-host", metavar="ADDRESS", type=ip_address, default="127.0.0.1", help=host)
-    parser.add_argument(
-        "--view-port", metavar="PORT", type=port, default=0, help="port to serve the web page on (default: a free port)"
-    )
+    host = "address of the web page (default 127.0.0.1)"
+    add_value(parser, "--view-host", "ADDRESS", host, type=ip_address, default="127.0.0.1")
+    add_value(parser, "--view-port", "PORT", "port of the web page (default: a free port)", type=port, default=0)
 
 
 def environment(arguments: argparse.Namespace) -> dict[str, str]:
-    """Return names and values of the environment variables given by `--env`; the value of an unset variable is empty."""
+    """Return a dict from the environment variables given by `--env` to their values, which are empty for unset variables."""
     return {name: os.environ.get(name, "") for name in arguments.env}
 
 
@@ -134,10 +128,10 @@ def add_message_path(parser: argparse.ArgumentParser) -> None:
 
 
 def clean(text: str, kept: str = "") -> str:
-    """Return the text with a replacement character for each character that controls a terminal or misleads its reader.
+    """Return the text with U+FFFD in place of each character that controls a terminal or misleads its reader.
 
-    These are all characters that are not printable, such as control characters and U+202E, which reverses the order of text. Line
-    breaks and the characters in `kept` stay.
+    All characters that are not printable are replaced, such as control characters and U+202E, which reverses the order of text.
+    Line breaks and the characters in `kept` stay.
     """
     return "".join(c if c.isprintable() or c == "\n" or c in kept else "\N{REPLACEMENT CHARACTER}" for c in text)
 
@@ -156,19 +150,17 @@ def explain(error: GraphError) -> str:
 
 
 def check_suffix(path: Path, *suffixes: str) -> None:
-    """Check that the name of a file to write has one of the suffixes, so that a file of another kind is not overwritten.
+    """Check the suffix of a file to write, to protect files of other types from being overwritten.
 
     Raises:
-        UsageError: the name has another suffix.
+        UsageError: the name has none of the suffixes.
     """
     if path.suffix.lower() not in suffixes:
-        raise UsageError(
-            f"{path}: the file's name must end in {suffixes[0]}; files with other endings are not overwritten"
-        )
+        raise UsageError(f"{path}: the name must end in {suffixes[0]}; files with other endings are not overwritten")
 
 
 def counted(number: int, thing: str) -> str:
-    """Return a number and a noun in the matching form: `1 graph`, `2 graphs`."""
+    """Return a number with a noun in singular or plural, such as `1 graph` or `2 graphs`."""
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
@@ -255,7 +247,7 @@ def make_registry(modules: Sequence[str]) -> Any:
 
 
 def _failure(error: BaseException, name: str) -> str:
-    """Return the reason why a module could not be imported, with the last line of the user's code in the traceback, if any."""
+    """Return the reason why a module could not be imported, and the last place of the user's code in the traceback, if any."""
     if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
         return f"write the name of the module, {name.removesuffix('.py')}"
     what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
@@ -287,7 +279,7 @@ def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
 
 
 def load(arguments: argparse.Namespace) -> LoadedScene:
-    """Load and check the scene or graph that the command line names; errors in files are findings of the result."""
+    """Load and check the scene or graph that the command line names; the returned scene has the errors as findings."""
     from graphengine.scene import build
 
     path = find_file(arguments.file)
@@ -296,7 +288,7 @@ def load(arguments: argparse.Namespace) -> LoadedScene:
 
 
 def open_scene(arguments: argparse.Namespace) -> Scene:
-    """Load the scene or graph that the command line names, as `open_file` does."""
+    """Load the scene or graph that the command line names, and print its findings; raise CheckError if it has errors."""
     return open_file(find_file(arguments.file), make_options(arguments), arguments.modules)
 
 
@@ -307,10 +299,10 @@ def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, grap
         path: the file.
         options: options of loading.
         modules: names of imported modules with node types.
-        graphs: load the graphs of the scene too.
+        graphs: whether to load the graphs of the scene too.
 
     Raises:
-        CheckError: the files have errors; it has no notes.
+        CheckError: the files have errors. The exception has the errors and warnings, without notes.
     """
     from graphengine.api.scene_loading import open_scene
 
@@ -335,9 +327,9 @@ def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
 
 
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:
-    """Print findings, each with an excerpt of its file; leave out notes unless `notes` is set.
+    """Print findings, each with an excerpt of its file, and in colours on a terminal; leave out notes unless `notes` is set.
 
-    A `Findings` object is printed in the order of files and lines, a sequence in its own order. A terminal gets colours.
+    A sequence is printed in its order, and `Findings` in the order of files and lines.
     """
     stream = stream or sys.stderr
     colours = terminal.uses_colours(stream)
@@ -355,12 +347,12 @@ def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
 
 
 def fitted_table(rows: Sequence[Sequence[str]], lead: int, *, indent: str = "") -> str:
-    """Return rows as `table` does; for a terminal that is too narrow for all columns, only the first columns form the table.
+    """Return rows as text with aligned columns; on a narrow terminal, only the first columns form the table.
 
-    The cells of the other columns then follow below each row, in wrapped lines. Nothing is cut off, as in a pipe or a file.
+    The cells of the other columns then follow in wrapped lines below each row. No text is cut off.
 
     Args:
-        rows: texts of the columns, with equal numbers of columns.
+        rows: texts of the columns; all rows have the same number of columns.
         lead: number of columns that stay in the table if they fit.
         indent: text before each row.
     """
@@ -378,9 +370,9 @@ def fitted_table(rows: Sequence[Sequence[str]], lead: int, *, indent: str = "") 
 
 
 def fitted_text(text: str) -> str:
-    """Return a text of paragraphs; if standard output is a terminal too narrow for its lines, filled again to its width.
+    """Return a text with its paragraphs filled to the width of the terminal if standard output is a narrow terminal.
 
-    Paragraphs with lists or indented lines stay as they are.
+    Paragraphs with lists or indented lines stay unchanged.
     """
     most = terminal.width(sys.stdout)
     if not terminal.shows_stdout() or _widest(text) <= most:
@@ -395,6 +387,6 @@ def _widest(text: str) -> int:
 
 
 def log_problem(severity: str, node: str, message: str) -> None:
-    """Print a node's message on standard error, unless its severity is `info`."""
+    """Print the message of a node on standard error, unless the severity is `info`."""
     if severity != "info":
         print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)

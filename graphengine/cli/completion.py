@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from graphengine.cli.options import add_value
 from graphengine.format.diagnostics import CODES
 from graphengine.format.files import shipped
 
@@ -31,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun completion` to its parser."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = INSTALL
-    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="shell that runs the script: bash, zsh or fish")
+    add_value(parser, "shell", "SHELL", "shell that runs the script: bash, zsh or fish", choices=SHELLS)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -49,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _complete_values(parser: argparse.ArgumentParser) -> None:
-    """Set the completion of the values of each argument of a parser and of its verbs."""
+    """Set how the shell completes the value of each argument of a parser and of its verbs."""
     import shtab
 
     scenes, graphs = _names("scene"), _names("graph")
@@ -74,7 +75,7 @@ def _complete_values(parser: argparse.ArgumentParser) -> None:
 
 
 def _actions(parser: argparse.ArgumentParser, verb: str) -> Iterator[tuple[str, argparse.Action]]:
-    """Yield all arguments of a parser and of its verbs, each with the name of its verb (empty: the parser itself)."""
+    """Yield each argument of a parser and of its verbs, with the name of the verb, which is empty for the parser itself."""
     for action in parser._actions:
         yield verb, action
         if isinstance(action, argparse._SubParsersAction):
@@ -98,13 +99,13 @@ def _node_types() -> list[str]:
 
 
 def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """Return a completion for shtab that offers the given words; `name` is part of a function's name."""
+    """Return a completion for shtab that offers the given words; `name` is part of the shell function's name."""
     all_words = " ".join(words)
     return _completion(name, f'compgen -W "{all_words}" -- "$1"', f"compadd -- {all_words}", all_words)
 
 
 def _files(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """Return a completion for shtab that offers the given words, YAML files and folders; `name` is part of a function's name."""
+    """Return a completion for shtab that offers words, YAML files and folders; `name` is part of the shell function's name."""
     all_words = " ".join(words)
     local = (f'compgen -W "{all_words}"', "compgen -f -X '!*.yaml'", "compgen -f -X '!*.yml'", "compgen -d")
     bash = "\n  ".join(f'{one} -- "$1"' for one in local)
@@ -123,7 +124,7 @@ def _completion(name: str, bash: str, zsh: str, fish: str) -> dict[str, Any]:
     """Return a completion for shtab.
 
     Args:
-        name: part of the name of the function that completes in bash and zsh.
+        name: part of the name of the shell function in bash and zsh.
         bash: body of the function in bash.
         zsh: body of the function in zsh.
         fish: words to complete in fish.

@@ -32,8 +32,8 @@ GAP = "  "
 class Console:
     """Prints the status of a run, the messages of its nodes, and a summary at the end.
 
-    On a terminal, the status is a line that is overwritten; elsewhere it is printed as separate lines. Errors of the output, such
-    as a closed terminal or a full disk, do not end the run.
+    On a terminal, each status overwrites the previous one; elsewhere each status is a new line. Errors of the output, such as a
+    closed terminal or a full disk, do not end the run.
 
     Args:
         quiet: print only warnings, errors and losses, such as dropped messages.
@@ -54,7 +54,7 @@ class Console:
         self._live: Live | None = None
 
     def begin(self, session: SessionCore) -> None:
-        """Start the status line and the measurement of wall and CPU time, so that they do not include the setup of the run."""
+        """Start the status line and the measurement of wall and CPU time, which thus exclude the setup of the run."""
         if self._overwrites and not self.quiet:
             with contextlib.suppress(OSError):
                 self._live = terminal.start_live_line()
@@ -68,12 +68,12 @@ class Console:
             print(text, file=sys.stderr, flush=True)
 
     def inform(self, text: str) -> None:
-        """Print a text as `tell` does, unless the console is quiet."""
+        """Print a text to standard error, unless the console is quiet; errors of the output are ignored."""
         if not self.quiet:
             self.tell(text)
 
     def say(self, severity: str, node: str, message: str) -> None:
-        """Print a node's message, unless a message of the node with the same severity and first line was printed before."""
+        """Print the message of a node, unless the node has sent a message with the same severity and first line before."""
         key = (severity, node, message.partition("\n")[0])
         if key not in self.said and not (self.quiet and severity == "info"):
             self.said.add(key)
@@ -81,7 +81,7 @@ class Console:
             self.tell(clean(re.sub(r"\n(?! )", "\n  ", f"{severity}: {node + ': ' if node else ''}{message}")))
 
     def fault(self, error: NodeError) -> None:
-        """Count and print the exception of a node, in a run that continues after it."""
+        """Count and print an exception of a node that does not end the run."""
         self.faults += 1
         self.say("error", "", explain(error))
 
@@ -101,7 +101,7 @@ class Console:
             self.tell(clean(line))
 
     def on_tick(self, session: SessionCore) -> bool:
-        """Update the status line; called after each tick and while paused. Always returns True."""
+        """Update the status line, and return True; called after each tick, and repeatedly while the run is paused."""
         if session.state != "playing":
             self.network.look()
         for camera in session.services.world.dropped_pictures:
@@ -113,7 +113,7 @@ class Console:
         return True
 
     def _show(self, facts: list[tuple[str, str]]) -> None:
-        """Show the values: overwrite the status line on a terminal; elsewhere print a line, unless it equals the last one."""
+        """Overwrite the status line on a terminal; elsewhere print the values, unless they equal those of the last line."""
         if self._live is not None:
             try:
                 terminal.overwrite(self._live, facts, GAP)
@@ -134,7 +134,7 @@ class Console:
             self._live = None
 
     def summarize(self, session: SessionCore) -> None:
-        """Print the losses; then the number of ticks, the simulated time, the speed and the number of messages."""
+        """Print all losses, such as dropped messages; then the number of ticks, the simulated time, speed and messages."""
         self._clear_line()
         wall = time.perf_counter() - self.start
         ticks, simulated = session.ticks, session.ticks * session.clock.delta
@@ -163,7 +163,7 @@ class Console:
 
 
 def _facts(status: RunStatus) -> list[tuple[str, str]]:
-    """Return the texts of the status line, each with its style for rich, the most important first."""
+    """Return the texts of the status line in order of importance, each with its style for rich."""
     late, dropped, size = status.late_ticks, status.dropped_values, status.recorded_bytes
     facts = [
         (f"t {status.time:.2f} s", "bold"),

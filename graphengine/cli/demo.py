@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from graphengine.cli import run
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.quantities import duration, whole
 from graphengine.format.distribution import install_command
 from graphengine.format.files import near, shipped
@@ -26,7 +26,7 @@ To change its graph, copy it, change a number, and run your copy:
   graphrun run round.yaml --view
 """
 OVER_ROS = ("  graphrun teleop", "  graphrun topic")
-"""Beginnings of the lines with commands that reach the demo over ROS 2, as no process does if its transport is `memory`."""
+"""Beginnings of the lines with commands that reach the demo over ROS 2; with the transport `memory`, they are left out."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from graphengine.cli.common import add_transport_argument
 
     simulated = "simulation time to run, such as 10, 10s, 500ms or 2min (default: until Ctrl-C)"
-    parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
+    add_value(parser, "--for", "TIME", simulated, dest="duration", type=duration)
     add_flag(parser, "--no-view", "do not serve the web page that shows the run")
     parser.add_argument("--seed", type=whole, default=0, help="seed of the lidar's noise (default 0)")
     add_transport_argument(parser, reaching_others=False)

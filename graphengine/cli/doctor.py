@@ -22,7 +22,7 @@ _INDENT, _ARROW = " " * 9, "      -> "
 _BUFFER = 4_194_304
 """Recommended receive buffer of sockets, bytes: docs/reference/large_messages.md."""
 _READERS = {"net.core.rmem_max": "Cyclone DDS", "net.core.rmem_default": "Fast DDS without a profile"}
-"""Subscribers whose receive buffer a kernel parameter limits, by parameter."""
+"""A dict from kernel parameters to the subscribers whose receive buffer they limit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class Diagnosis:
     """Result of a check.
 
     Attributes:
-        state: `ok`; `note` if something is limited, or if users should know it; `problem` if something does not work.
-        found: what the check found.
-        meaning: what this means for runs; empty if the state is `ok`.
+        state: `ok`; `note` for a limitation, or a fact that users should know; `problem` if a function does not work.
+        found: result of the check, such as a version.
+        meaning: consequence for runs; empty if the state is `ok`.
         remedy: commands and instructions; empty if there is nothing to do.
     """
 
@@ -46,11 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun doctor` to its parser."""
     formats = "text for people, or json: an object with `version`, `problems` (their number) and `checks`"
     parser.add_argument("--format", choices=("text", "json"), default="text", help=f"{formats} (default text)")
-    parser.epilog = (
-        f"In the JSON output, each item of `checks` has `name` ({', '.join(CHECKS)}), `title`,"
-        " `state` (ok, note or problem), `found`,"
-        " `meaning` and `remedy` (a list). The exit code is 1 if there is a problem, else 0."
-    )
+    parser.epilog = f"In the JSON output, each item of `checks` has `name` ({', '.join(CHECKS)}), `title`, `state` "
+    parser.epilog += "(ok, note or problem), `found`, `meaning` and `remedy` (a list). "
+    parser.epilog += "The exit code is 1 if there is a problem, else 0."
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -70,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _text(title: str, diagnosis: Diagnosis) -> str:
-    """Return a diagnosis as lines: state, title and findings; below, the meaning, and the remedy after arrows."""
+    """Return a diagnosis as lines: state, title and result of the check, then the meaning, then the remedy after arrows."""
     lines = _wrapped(f"{diagnosis.state:<9}{title}: {diagnosis.found}", "")
     lines += _wrapped(diagnosis.meaning, _INDENT)
     for each in diagnosis.remedy:
@@ -84,7 +82,7 @@ def _wrapped(text: str, first: str) -> list[str]:
 
 
 def _diagnose(check: Callable[[], Diagnosis]) -> Diagnosis:
-    """Return the result of a check; a problem if the check fails. Further lines of an error message are its remedy."""
+    """Return the result of a check; if the check raises, a problem, with the further lines of the message as its remedy."""
     try:
         return check()
     except GraphError as error:
@@ -147,10 +145,8 @@ def _sandbox() -> Diagnosis:
 
     if not borders.missing():
         return Diagnosis("ok", borders.describe())
-    meaning = (
-        "Robot descriptions and meshes are read with less confinement (W206); scripts and stages of Isaac Sim are read"
-        " only with --trust."
-    )
+    meaning = "Robot descriptions and meshes are read with less confinement (W206); "
+    meaning += "scripts and stages of Isaac Sim are read only with --trust."
     remedy = (
         "use Linux 5.13 or newer on x86_64 or aarch64, with `landlock` in /sys/kernel/security/lsm",
         "in a container: use a seccomp profile that allows the system calls landlock_* and seccomp, as Docker's does",
@@ -181,7 +177,7 @@ def _ros() -> Diagnosis:
 
 
 def _embedded_dds(no_rclpy: list[str], rmw: str, setting: str) -> Diagnosis:
-    """Return the diagnosis for a machine on which runs use embedded DDS, with the reason why rclpy cannot be used."""
+    """Return the diagnosis for a machine on which runs use embedded DDS, because rclpy cannot be used."""
     from graphengine.ros.transports.rcl import installation
     from graphengine.ros.transports.vendors import CYCLONE_RMW
 
@@ -250,10 +246,8 @@ def _buffers() -> Diagnosis:
     if not small:
         return Diagnosis("ok", found or "not checked, as this is not Linux, or a container without these parameters")
     readers = " and ".join(_READERS[name] for name in small)
-    meaning = (
-        f"Best-effort subscribers on {readers} lose images and large clouds; reliable ones receive them"
-        " (docs/reference/large_messages.md)."
-    )
+    meaning = f"Best-effort subscribers on {readers} lose images and large clouds; reliable ones receive them "
+    meaning += "(docs/reference/large_messages.md)."
     return Diagnosis("note", found, meaning, tuple(f"sudo sysctl -w {name}={_BUFFER}" for name in small))
 
 
@@ -268,4 +262,4 @@ CHECKS: dict[str, tuple[str, Callable[[], Diagnosis]]] = {
     "ports": ("ports", _ports),
     "buffers": ("socket buffers", _buffers),
 }
-"""Title and function of each check, by name, in the order of the output."""
+"""A dict from the names of checks to their titles and functions, in the order of the output."""

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from graphengine.cli import terminal
 from graphengine.cli.finding_formats import coloured
+from graphengine.cli.options import add_value
 from graphengine.format.diagnostics import CODES, GROUPS, Finding
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
@@ -22,7 +23,7 @@ FOLDER = Path(__file__).parent / "explanations"
 WIDEST = 100
 """Maximum number of columns of the text on a wider terminal."""
 RELATED = re.compile(r"^- ([GSWN]\d{3})$", re.MULTILINE)
-"""Entry of a related code in an explanation."""
+"""Matches a line of an explanation that names a related code."""
 
 _BLOCK = re.compile(r"^(```.*?^```)$", re.MULTILINE | re.DOTALL)
 _DIFF_COLOURS = {"-": "31", "+": "32"}
@@ -31,7 +32,7 @@ _DIFF_COLOURS = {"-": "31", "+": "32"}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun explain` to its parser."""
     code = "code of an error, warning or note, such as G204; without a code, all codes are listed"
-    parser.add_argument("codes", metavar="CODE", nargs="*", help=code)
+    add_value(parser, "codes", "CODE", code, nargs="*")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -93,7 +94,7 @@ def _paragraph(text: str) -> str:
 
 
 def _block(block: str) -> str:
-    """Return the lines of a code block, indented, below the name of its file; lines of a diff are coloured."""
+    """Return the name of a code block's file, and below it the indented lines of the block; lines of a diff are coloured."""
     first, *lines, _ = block.split("\n")
     name = re.search(r'title="(.*)"', first)
     if first.startswith("```diff"):
@@ -102,5 +103,5 @@ def _block(block: str) -> str:
 
 
 def _painted(text: str, colour: str) -> str:
-    """Return the text in a colour, given by the parameter of the escape sequence SGR, if standard output takes colours."""
+    """Return the text, in a colour if standard output takes colours; `colour` is the parameter of the escape sequence SGR."""
     return f"\x1b[{colour}m{text}\x1b[0m" if colour and terminal.uses_colours(sys.stdout) else text

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from graphengine.cli.common import add_file_arguments, clean, open_scene, print_findings, refuse_to_overwrite
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 
@@ -16,13 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser)
     form = "format of the output; isaac-script: Python script for Isaac Sim (default)"
     parser.add_argument("--to", choices=("isaac-script",), default="isaac-script", help=form)
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", type=Path, help="script to write (default: print it to standard output)"
-    )
+    add_value(parser, "--output", "FILE", "script to write (default: print the script)", short="-o", type=Path)
     add_flag(parser, "--force", "overwrite an existing file")
-    strict = (
-        "write no script if the graph has nodes or ports that Isaac Sim does not have (default: write them as comments)"
-    )
+    strict = "write no script if Isaac Sim lacks nodes or ports of the graph (default: write them as comments)"
     add_flag(parser, "--strict", strict)
 
 
@@ -30,8 +26,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the script.
 
     Returns:
-        0 on success, 1 if the file has errors or several graphs, or, with `--strict`, if the graph uses parts that Isaac Sim does
-        not have; each reason is reported.
+        0 on success. 1 if the file has errors or several graphs, or, with `--strict`, if Isaac Sim lacks nodes or ports of the
+        graph; each reason is reported.
     """
     from graphengine.api.scene import loaded_of
     from graphengine.isaac.export import write_script

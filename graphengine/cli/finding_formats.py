@@ -10,7 +10,7 @@ from graphengine.format.diagnostics import CODES, Finding
 from graphengine.format.wording import printable
 
 COLOURS = {"error": "1;31", "warning": "1;33", "note": "1;36"}
-"""Parameters of the escape sequence SGR by severity: bold red, bold yellow, bold cyan."""
+"""A dict from severities to parameters of the escape sequence SGR: bold red, bold yellow, bold cyan."""
 
 
 def coloured(finding: Finding, text: str) -> str:
@@ -41,7 +41,7 @@ def annotation(finding: Finding, root: Path) -> str:
 
 
 def _escaped(text: str, more: str = "") -> str:
-    """Return the text with `%`, line ends and the characters in `more` as GitHub's runner decodes them."""
+    """Return the text with `%`, line ends and the characters in `more` encoded for GitHub's runner."""
     encoded = (f"%{ord(c):02X}" if c in f"%\r\n{more}" else c for c in text)
     return printable("".join(encoded))
 

@@ -1,4 +1,4 @@
-"""Runs a new project for a short time, and says what falls, leans, hangs, sags or starts inside something."""
+"""Runs a new project for a short time, and reports a robot that falls, leans, hangs, sags or starts inside another body."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ CREPT = 0.01
 HANGING = 0.05
 """Distance (rad or m) from its start beyond which a joint without a drive hangs; new projects test with this tolerance."""
 MOST_TOLD = 6
-"""Maximum number of joints in a line."""
+"""Maximum number of joints that a line names."""
 SAG = 0.002
 """Distance (rad or m) from its target beyond which the drive of a joint sags; new projects test with this tolerance."""
 
 
 def first_run(scene: Path, robot: str, *, holds: bool) -> list[str]:
-    """Run a scene for `SECONDS` and return lines that say what the robot does without a command; empty if it stays as it starts.
+    """Run a scene for `SECONDS` and return lines on how the robot moves without a command; empty if it stays at rest.
 
     Args:
         scene: path of the scene file.
@@ -49,11 +49,8 @@ def first_run(scene: Path, robot: str, *, holds: bool) -> list[str]:
     try:
         opened = load(scene)
     except CheckError as error:
-        return [
-            f"the files of the project have errors: {found.message}"
-            for found in error.findings
-            if found.severity == "error"
-        ]
+        errors = [found.message for found in error.findings if found.severity == "error"]
+        return [f"the files of the project have errors: {message}" for message in errors]
     world = loaded_of(opened).world
     assert world is not None
     instance = world.robots[robot]
@@ -71,7 +68,7 @@ def first_run(scene: Path, robot: str, *, holds: bool) -> list[str]:
 
 
 def _said(sim: Session, robot: RobotInstance, begin: Pose, before: dict[str, float], *, holds: bool) -> list[str]:
-    """Return what a robot did since a scene was reset, when its base link was at `begin` and its joints at `before`."""
+    """Return lines on how a robot has moved from the pose `begin` of its base link and the positions `before` of its joints."""
     now = sim.robots[robot.name]
     placed = robot.placement.pose[0][2] if robot.keyframe is None else begin.position[2]
     moved = max((abs(joint.position - before[name]) for name, joint in now.joints.items()), default=0.0)
@@ -82,12 +79,12 @@ def _said(sim: Session, robot: RobotInstance, begin: Pose, before: dict[str, flo
 
 
 def _base(pose: Pose, begin: Pose, placed: float) -> list[str]:
-    """Return what the base link did.
+    """Return a line if the base link has fallen, leans or moves away; else an empty list.
 
     Args:
-        pose: its pose at the end.
-        begin: its pose at t = 0, after settling.
-        placed: its height in the scene file, m.
+        pose: pose of the base link at the end.
+        begin: pose of the base link at t = 0, after settling.
+        placed: height of the base link in the scene file, m.
     """
     tilt = math.degrees(tilt_of(pose.orientation))
     down, crept = placed - pose.position[2], math.dist(pose.position[:2], begin.position[:2])
@@ -100,9 +97,9 @@ def _base(pose: Pose, begin: Pose, placed: float) -> list[str]:
 
 
 def _joints(sim: Session, robot: RobotInstance) -> list[str]:
-    """Return which joints without a drive hang, and which drives sag under the weight of the links that they hold.
+    """Return a line on joints without a drive that hang, and a line on drives that sag under the weight of links.
 
-    Joints with a velocity drive have no position to hold.
+    Joints with a velocity drive are left out, because they have no position to hold.
     """
     from graphengine.api.robots import find_robot
     from graphengine.descriptions.actuators.drives import Drive
@@ -113,13 +110,11 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
     sagging: list[tuple[str, float]] = []
     for name, joint in sim.robots[robot.name].joints.items():
         described = robot.description.joints[name]
+        bounded = described.limits is not None or robot.disabled.free_link is None
+        servo = robot.drives.get(name, Drive()).servo(name, "velocity")
         if math.isfinite(targets[name]):
             sagging.append((name, joint.position - targets[name]))
-        elif (
-            robot.drives.get(name, Drive()).servo(name, "velocity") is None
-            and described.mimic is None
-            and (described.limits is not None or robot.disabled.free_link is None)
-        ):
+        elif servo is None and described.mimic is None and bounded:
             hanging.append((name, joint.position - robot.starts.get(name, 0.0)))
     without = "joints without a drive hang, rad or m: {}; --position-drives holds joints that take efforts"
     if robot.description.mjcf is not None:
@@ -131,7 +126,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
 
 
 def _worst(text: str, errors: Sequence[tuple[str, float]], bound: float) -> list[str]:
-    """Return a line with the joints whose error exceeds the bound, with the first `MOST_TOLD` of them, the largest first."""
+    """Return a line with the `MOST_TOLD` joints whose errors are largest and exceed the bound; an empty list without any."""
     large = sorted((each for each in errors if abs(each[1]) > bound), key=lambda each: -abs(each[1]))
     if not large:
         return []

@@ -1,7 +1,7 @@
 """Passes keys that the user presses in the terminal of a run to its graphs.
 
-A terminal sends a character when a key is pressed, and repeats it while the key is held, but sends nothing when the key is
-released. So a key counts as released if its character has not arrived for `RELEASE_AFTER`.
+A terminal sends a character when a key is pressed, and repeats the character while the key is held, but does not report the
+release of a key. So a key counts as released if its character has not arrived for `RELEASE_AFTER`.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from graphengine.cli.common import (
     print_findings,
     refuse_to_overwrite,
 )
-from graphengine.cli.options import add_flag, add_repeatable
+from graphengine.cli.options import add_flag, add_repeatable, add_value, split_arguments
 from graphengine.cli.quantities import whole
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
@@ -32,53 +32,43 @@ if TYPE_CHECKING:
     from graphengine.isaac.stage.stage_reader import ImportedStage
 
 LONGEST = 10
-"""Maximum number of notes to print; further notes are only counted."""
+"""Maximum number of notes to print; of further notes, only the number is printed."""
 BESIDE = " does not belong to a graph and is left out"
-"""Text at the end of each note on a script statement that belongs to no graph. These notes are printed as one note."""
+"""End of each note on a script statement outside of graphs; these notes are printed as a single note."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun import` to its parser."""
-    parser.add_argument(
-        "file", metavar="SCRIPT|STAGE", type=Path, help="a script (.py), or a USD stage (.usda, .usd, .usdc)"
-    )
+    add_value(parser, "file", "SCRIPT|STAGE", "a script (.py), or a USD stage (.usda, .usd, .usdc)", type=Path)
     folder = "folder to write the YAML files to (default: the working directory)"
-    parser.add_argument("-o", "--output", metavar="FOLDER", type=Path, default=Path(), help=folder)
+    add_value(parser, "--output", "FOLDER", folder, short="-o", type=Path, default=Path())
     add_flag(parser, "--force", "overwrite existing files")
     add_repeatable(parser, "--allow", "FOLDER", "also let the script or stage read files in this folder", type=Path)
     add_import_argument(parser)
     robot = "prim path of the robot in the script or stage; the files contain $(robot) instead, so that a robot file can use them"
-    parser.add_argument("--robot", metavar="PATH", type=_prim_path, help=robot)
+    add_value(parser, "--robot", "PATH", robot, type=_prim_path)
     trust = "run the script or read the stage even if this machine's kernel has no sandbox for it; its code then has all your "
     trust += "permissions: it can read and write your files, start programs and use the network"
     add_flag(parser, "--trust", trust)
-    call = (
-        "function call to make after loading a script that only defines functions, such as \"build('/World/robot')\"; "
-    )
-    call += "unknown names stand for objects of Omniverse"
+    call = "function call to make after loading a script that only defines functions, such as "
+    call += "\"build('/World/robot')\"; unknown names stand for objects of Omniverse"
     add_repeatable(parser, "--call", "CALL", call, type=_call)
     assumed = "path of a prim or file that exists for the script, or a name that is true for it, such as "
     assumed += "rosgraph.is_master_online"
     add_repeatable(parser, "--assume", "PATH|NAME", assumed)
     variable = "set an environment variable for the script; without VALUE, to its value in your environment"
     add_repeatable(parser, "--env", "NAME[=VALUE]", variable, type=_variable)
-    impulses = (
-        "for nodes that the script triggers in a loop: trigger them in the graph every TICKS ticks (default: never)"
-    )
-    parser.add_argument("--impulse-every", metavar="TICKS", type=whole, default=0, help=impulses)
+    impulses = "period, in ticks, at which the graph triggers nodes that the script triggers in a loop (default: never)"
+    add_value(parser, "--impulse-every", "TICKS", impulses, type=whole, default=0)
     parser.epilog = "Arguments after -- are passed to the script, in sys.argv."
-    parse = parser.parse_known_args
+    parser.set_defaults(arguments=[])
+    split_arguments(parser, _at_dashes)  # argparse would search the arguments of the script for options
 
-    def parse_before_dashes(
-        given: Sequence[str], namespace: argparse.Namespace
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse the arguments before `--`, and store the others in `arguments`; argparse would search them for options."""
-        end = list(given).index("--") if "--" in given else len(given)
-        parsed, unknown = parse(given[:end], namespace)
-        parsed.arguments = list(given[end + 1 :])
-        return parsed, unknown
 
-    parser.parse_known_args = parse_before_dashes  # type: ignore[method-assign, assignment]
+def _at_dashes(words: list[str]) -> tuple[list[str], list[str]]:
+    """Return the words before and after the first `--`."""
+    end = words.index("--") if "--" in words else len(words)
+    return words[:end], words[end + 1 :]
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -137,7 +127,7 @@ def _check_usage(arguments: argparse.Namespace) -> None:
 
 
 def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
-    """Return the graphs of the script or stage, with namespaces and other details for the report."""
+    """Return the graphs of the script or stage, and the namespaces for the report."""
     from graphengine.isaac.recorded_graph import RecordedGraph
     from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 
@@ -177,24 +167,22 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
 
 
 def _variable(text: str) -> tuple[str, str]:
-    """Parse `NAME=VALUE`, or the name of an environment variable that is set, to name and value."""
+    """Return name and value of an environment variable, from `NAME=VALUE` or from the name of an existing variable."""
     name, equals, value = text.partition("=")
     if not name or "\0" in text or (not equals and name not in os.environ):
-        raise argparse.ArgumentTypeError(
-            f"{text!r}: write NAME=VALUE, or the name of an environment variable that is set"
-        )
+        raise argparse.ArgumentTypeError(f"{text!r}: write NAME=VALUE, or the name of an existing environment variable")
     return name, value if equals else os.environ[name]
 
 
 def _prim_path(text: str) -> str:
-    """Check that the text is an absolute prim path below the root, and return it without a slash at the end."""
+    """Return an absolute prim path below the root, without a slash at the end."""
     if not text.startswith("/") or not text.strip("/"):
         raise argparse.ArgumentTypeError(f"{text!r} is not a prim path; write one such as /World/robot")
     return text.rstrip("/")
 
 
 def _call(text: str) -> str:
-    """Check that the text is a Python call and return it without surrounding spaces; the script's sandbox evaluates it later."""
+    """Return the text of a Python call without surrounding spaces; the sandbox of the script evaluates the call later."""
     try:
         called = isinstance(ast.parse(text.strip(), mode="eval").body, ast.Call)
     except (ValueError, SyntaxError, RecursionError, MemoryError):
@@ -219,7 +207,7 @@ def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: F
 
 
 def _notes(findings: Findings) -> Iterator[str]:
-    """Yield lines for the notes, which say what the conversion changed or left out."""
+    """Yield a line for each note, that is, for each change or omission of the conversion."""
     notes = [finding for finding in findings.sorted() if finding.severity == "note"]
     passed = [note.message.removesuffix(BESIDE) for note in notes if note.message.endswith(BESIDE)]
     notes = [note for note in notes if not note.message.endswith(BESIDE)]

@@ -1,4 +1,4 @@
-"""Report on an imported robot: its properties, and lists of what was converted, guessed and left out, with file and line."""
+"""Report on an imported robot: its properties, and the converted, guessed and omitted values, with file and line."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
 
 
 def example(imported: Imported) -> str:
-    """Return a line to print: an entry of `robots` in a scene file that places the imported robot on the floor."""
+    """Return a line for the user with an entry of `robots` in a scene file, which places the robot on the floor."""
     height = imported.lift or imported.rise
     place = f", position: [0, 0, {height:g}]" if height else ""
     return f"in a scene: robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
@@ -64,18 +64,18 @@ def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
 
 
 def _place(span: Span | None, *, column: bool = False) -> str:
-    """Return the file and line of a span, with `column` also its column, in brackets; empty if there is no span."""
+    """Return the file, the line and, with `column`, the column of a span, in brackets; empty without a span."""
     if span is None:
         return ""
     return f" ({Path(span.source.path).name}:{span.line}{f':{span.column}' if column else ''})"
 
 
 def _some(what: str, items: Sequence[tuple[str, str]]) -> list[str]:
-    """Return lines for the first `LONGEST` items, and a line with the number of the others.
+    """Return a line for each of the first `LONGEST` items, and a line with the number of further items.
 
     Args:
         what: label before each item.
-        items: text of each item, which is cut to `WIDEST` characters, and its place.
+        items: text and source location of each item; texts are cut to `WIDEST` characters.
     """
     cut = [(text if len(text) <= WIDEST else f"{text[: WIDEST - 1]}…", place) for text, place in items[:LONGEST]]
     shown = [f"{what}: {text}{place}" for text, place in cut]

@@ -9,14 +9,13 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_transport_argument, clean, print_findings, refuse_to_overwrite
 from graphengine.cli.import_report import example, report
-from graphengine.cli.options import add_flag, add_repeatable
+from graphengine.cli.options import add_flag, add_repeatable, add_value, split_arguments
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
@@ -38,53 +37,46 @@ TOPIC = "/robot_description"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun import-robot` to its parser."""
     description = "robot description file; without a file, give --topic or --node"
-    parser.add_argument("file", metavar="URDF|XACRO|SDF|MJCF", nargs="?", help=description)
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write, such as my_robot.yaml")
+    add_value(parser, "file", "URDF|XACRO|SDF|MJCF", description, nargs="?")
+    add_value(parser, "--output", "FILE", "robot file to write, such as my_robot.yaml", short="-o", type=Path)
     add_flag(parser, "--args", "list the arguments of a xacro file and write no files", dest="list_arguments")
     add_flag(parser, "--force", "overwrite existing files")
     add_source_arguments(parser)
 
 
 def add_source_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that say where to read the robot description and how, except for the argument for its file."""
-    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", default=[], help="argument of the xacro file")
+    """Add the arguments for the source of a robot description and for reading it, except the argument for its file."""
+    add_value(parser, "arguments", "NAME:=VALUE", "argument of the xacro file", nargs="*", default=[])
     source = parser.add_mutually_exclusive_group()
-    source.add_argument(
-        "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"
-    )
+    latched = f"read the description from a latched topic (default {TOPIC})"
+    source.add_argument("--topic", nargs="?", const=TOPIC, help=latched)
     source.add_argument("--node", help="read the description from the parameter robot_description of this node")
     wait = f"maximum time to wait for --topic or --node, such as 10s (default {WAIT:g}s)"
-    parser.add_argument("--timeout", metavar="TIME", type=duration, default=WAIT, help=wait)
+    add_value(parser, "--timeout", "TIME", wait, type=duration, default=WAIT)
     add_transport_argument(parser, " for --topic and --node")
-    parser.add_argument(
+    add_value(
+        parser,
         "--controllers",
-        metavar="FILE",
+        "FILE",
+        "parameter file of ros2_control, such as ros2_controllers.yaml; its controllers show how the base is driven",
         type=Path,
-        help="parameter file of ros2_control, such as ros2_controllers.yaml; its controllers show how the base is driven",
     )
-    parser.add_argument(
-        "--model", metavar="NAME", default="", help="model of the SDF file to import (default: the only one)"
-    )
-    parser.add_argument("--macro", metavar="NAME", help="macro of the xacro file that defines the robot")
+    add_value(parser, "--model", "NAME", "model of the SDF file to import (default: the only one)", default="")
+    add_value(parser, "--macro", "NAME", "macro of the xacro file that defines the robot")
     left_out = "leave out everything from this package: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
     drives = "add position drives to joints that take efforts, to hold them; gains follow from the mass matrix (not for MJCF)"
     add_flag(parser, "--position-drives", drives)
     add_flag(parser, "--fixed-base", "fix the root link to the world, as for an arm")
-    packages = (
-        "ROS package or Gazebo model, or a folder with several, in which package:// and model:// references are found"
-    )
+    packages = "ROS package or Gazebo model to which package:// and model:// refer, or a folder with several"
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
     add_repeatable(parser, "--allow", "FOLDER", "also let the description refer to files in this folder", type=Path)
-    parse = parser.parse_known_args
+    split_arguments(parser, _without_xacro_arguments)  # argparse expects positional arguments in one place
 
-    def parse_in_any_order(given: Sequence[str], namespace: argparse.Namespace) -> tuple[argparse.Namespace, list[str]]:
-        """Parse arguments; accept xacro arguments (NAME:=VALUE) anywhere, where argparse expects them in one place."""
-        parsed, unknown = parse([text for text in given if ":=" not in text], namespace)
-        parsed.arguments = [*parsed.arguments, *(text for text in given if ":=" in text)]
-        return parsed, unknown
 
-    parser.parse_known_args = parse_in_any_order  # type: ignore[method-assign, assignment]
+def _without_xacro_arguments(words: list[str]) -> tuple[list[str], list[str]]:
+    """Return the words that are not xacro arguments (NAME:=VALUE), and the xacro arguments."""
+    return [word for word in words if ":=" not in word], [word for word in words if ":=" in word]
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -105,7 +97,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def import_source(arguments: argparse.Namespace, target: Path, findings: Findings, **changes: Any) -> Imported | None:
-    """Import the robot that the command line names, and print errors and warnings; return None after an error.
+    """Import the robot of the given source, and print errors and warnings; return None after an error.
 
     Args:
         arguments: arguments that `add_source_arguments` added, and `file`.
@@ -127,7 +119,7 @@ def import_source(arguments: argparse.Namespace, target: Path, findings: Finding
 
 
 def corrections(imported: Imported, robot_file: Path) -> list[str]:
-    """Measure the track of a skid-steered robot in test drives, and arcs at its limits; return lines on what was written."""
+    """Correct the track and the turn limit of a skid-steered robot in test drives; return lines on the changes."""
     told = imported.draft.controller_track
     if told is None or not imported.free:
         return []
@@ -157,9 +149,8 @@ def _check_output(arguments: argparse.Namespace) -> None:
     if arguments.output.suffix not in (".yaml", ".yml"):
         raise UsageError(f"-o {arguments.output}: the name of a robot file ends in .yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
-        raise UsageError(
-            f"-o {arguments.output}: the robot gets the name of the file, which may have only letters, digits and '_'"
-        )
+        legal = "the robot gets the name of the file, which may have only letters, digits and '_'"
+        raise UsageError(f"-o {arguments.output}: {legal}")
     refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
@@ -173,9 +164,8 @@ def check_source(arguments: argparse.Namespace) -> None:
     if bool(arguments.file) == bool(remote):
         raise UsageError("give exactly one of a file, --topic and --node")
     if remote and arguments.arguments:
-        raise UsageError(
-            f"{arguments.arguments[0]}: only a xacro file takes arguments; a description from --topic or --node has none"
-        )
+        reason = "only a xacro file takes arguments; a description from --topic or --node has none"
+        raise UsageError(f"{arguments.arguments[0]}: {reason}")
     if remote and (arguments.macro or arguments.without):
         raise UsageError("--macro and --without need a file; they do not apply to a description from the network")
     for text in arguments.arguments:

@@ -1,4 +1,4 @@
-"""Parts shared by verbs on a live network: options, joining the network, waiting for peers, and ending on Ctrl-C."""
+"""Code that verbs on a live network share: options, joining the network, waiting for peers, and ending at Ctrl-C."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_message_path, add_transport_argument, chosen_distro, clean, message_paths
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.quantities import seconds
 from graphengine.format import interrupts
 from graphengine.format.errors import TransportError
@@ -39,7 +39,7 @@ def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) 
     """Add the options for joining the network, and `--use-sim-time` if `clock` is set."""
     add_transport_argument(parser)
     spin = "time to wait for the discovery of other nodes (default 0.5 with dds, 2 with rclpy)"
-    parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
+    add_value(parser, "--spin-time", "SECONDS", spin, type=seconds)
     add_flag(parser, "--no-daemon", "has no effect; unlike ros2, graphrun has no daemon")
     if clock:
         add_flag(parser, "--use-sim-time", "use the simulation time on /clock, not wall time", short="-s")
@@ -77,9 +77,8 @@ class Live:
         from graphengine.ros.transports.select import open_transport
 
         name = node or f"_graphrun_{os.getpid()}"
-        self.definitions: Definitions = shipped(chosen_distro(arguments)).extended(
-            message_paths(arguments), installed_packages()
-        )
+        known = shipped(chosen_distro(arguments))
+        self.definitions: Definitions = known.extended(message_paths(arguments), installed_packages())
         domain = Domain.from_environment(os.environ)
         joined = JoinOptions(domain, name, environ=os.environ, definitions=self.definitions)
         self.transport: Transport = open_transport(arguments.transport, joined)
@@ -104,9 +103,7 @@ class Live:
         self.transport.close()
         return kind is KeyboardInterrupt
 
-    def graph(
-        self, enough: Callable[[NetworkGraph], object] = lambda graph: False, *, names: bool = False
-    ) -> NetworkGraph:
+    def graph(self, enough: Callable[[NetworkGraph], object] = lambda _: False, *, names: bool = False) -> NetworkGraph:
         """Wait for the discovery of peers and return their endpoints.
 
         Args:
@@ -140,8 +137,7 @@ class Live:
         Args:
             name: full name of the service or action.
             ready: returns whether the server has been discovered.
-            why: returns the likely reason, or an empty text. If the text is empty and a server on an incompatible RMW was
-                discovered, that server is reported as the reason.
+            why: returns the likely reason. If this text is empty, a discovered server on an incompatible RMW is the reason.
         """
         begun, told = time.monotonic(), False
         while not ready():
@@ -166,12 +162,12 @@ class Live:
         return types[0]
 
     def show_found(self, what: str, number: int, lines: Sequence[str], *, counted: bool) -> None:
-        """Print what a verb that lists names has found.
+        """Print the names that a verb has found, or their number, and a message if there are none.
 
         Args:
             what: plural noun of the names, such as `topics`.
-            number: number of names; if it is 0, the user is told so.
-            lines: lines to print for the names.
+            number: number of names.
+            lines: lines to print, which contain the names.
             counted: whether to print only the number.
         """
         if counted:
@@ -182,7 +178,7 @@ class Live:
             self.say_none(what)
 
     def say_none(self, what: str) -> None:
-        """Print that there are none of `what`, such as topics, in the domain, and what to do."""
+        """Print that the domain has no topics, or no nodes, as the plural noun `what` says; and print a remedy."""
         step = "`graphrun run dd100_warehouse` starts a run; ROS_DOMAIN_ID selects the domain"
         if self._alone:
             step = "unset ROS_AUTOMATIC_DISCOVERY_RANGE: OFF means that no process is found"
@@ -252,17 +248,26 @@ def absolute_namespace(given: str) -> str:
 
 
 def types_by_name(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """Return the types of each name, from pairs of name and type."""
+    """Return a dict from each name to its types, both in the order of the pairs of name and type."""
     types: dict[str, list[str]] = {}
     for name, kind in pairs:
         types.setdefault(name, []).append(kind)
     return types
 
 
-def near_topic(topic: str, known: Iterable[str]) -> str:
-    """Return a suggestion such as `did you mean '/robot/odom'?`: the same name in another namespace, or a similar name.
+def actions_of(topics: Iterable[tuple[str, str]]) -> set[tuple[str, str]]:
+    """Return name and type of each action whose feedback topic is among `topics`, which are pairs of name and type."""
+    return {
+        (topic.removesuffix(FEEDBACK), kind.removesuffix("_FeedbackMessage"))
+        for topic, kind in topics
+        if topic.endswith(FEEDBACK)
+    }
 
-    The text is empty if there is no such name.
+
+def near_topic(topic: str, known: Iterable[str]) -> str:
+    """Return a suggestion such as `did you mean '/robot/odom'?`, with the same name in another namespace, or a similar name.
+
+    Return an empty text if `known` contains neither.
     """
     shown = [name for name in known if not is_hidden(name)]
     same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]
@@ -270,13 +275,13 @@ def near_topic(topic: str, known: Iterable[str]) -> str:
 
 
 def is_hidden(topic: str) -> bool:
-    """Return whether ROS 2 tools hide a name by default: a part of it begins with `_`."""
+    """Return whether ROS 2 tools hide a name by default, because a part of the name begins with `_`."""
     return any(part.startswith("_") for part in topic.split("/"))
 
 
 def show(text: str, end: str = "\n") -> None:
-    """Print and flush a text that can come from peers, with replacement characters for those that mislead or control a terminal.
+    """Print and flush a text from peers, in which `clean` replaces characters that control a terminal or mislead its reader.
 
-    Without a terminal, tabs and carriage returns are kept, as a text may go to a file.
+    Tabs and carriage returns stay if standard output is not a terminal, for example a file.
     """
     print(clean(text, "" if sys.stdout.isatty() else "\t\r"), end=end, flush=True)

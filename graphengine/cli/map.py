@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_allow_argument, clean, open_file, reading_options
-from graphengine.cli.options import add_flag, add_repeatable
+from graphengine.cli.options import add_flag, add_repeatable, add_value
 from graphengine.cli.progress import progress, share_of
 from graphengine.cli.quantities import number, whole
 from graphengine.format.diagnostics import Findings
@@ -20,17 +20,20 @@ if TYPE_CHECKING:
     from graphengine.physics.occupancy.occupancy_map import OccupancyMap
 
 HEIGHTS = (0.2, 0.62)
-"""Default height range of obstacles, m; the range in NVIDIA's tutorial "ROS 2 Putting It All Together"."""
+"""Default height range of obstacles, m; equal to that of NVIDIA's tutorial "ROS 2 Putting It All Together"."""
 
 ENDINGS = (".png", ".pgm", ".yaml", ".yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun map` to its parser."""
-    what = "a scene file, or the name of an included one, such as dd100_warehouse"
-    parser.add_argument("scene", metavar="SCENE", help=what)
-    parser.add_argument(
-        "-o", "--output", metavar="NAME", help="name of the files to write, NAME.png and NAME.yaml (default: SCENE_map)"
+    add_value(parser, "scene", "SCENE", "a scene file, or the name of an included one, such as dd100_warehouse")
+    add_value(
+        parser,
+        "--output",
+        "NAME",
+        "name of the files to write, NAME.png and NAME.yaml (default: SCENE_map)",
+        short="-o",
     )
     where = parser.add_argument_group("map contents")
 
@@ -41,47 +44,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_repeatable(where, option, "PRIM", help)
 
     numbers("--z", "LOW", "HIGH", default=HEIGHTS, help="height range of obstacles, m (default 0.2 0.62)")
-    where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")
+    add_value(where, "--cell", "SIZE", "side of a cell, m (default 0.05)", type=number, default=0.05)
     area = "area of the map, m, rounded outwards to cells (default: all obstacles)"
     numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=area)
     prims("--select", "prim whose extent is the area of the map, unless --bounds is given (default: all obstacles)")
-    numbers(
-        "--origin",
-        "X",
-        "Y",
-        default=(0.0, 0.0),
-        help="point at which corners of cells meet, m; aligns the grid (default 0 0)",
-    )
+    corner = "point at which corners of cells meet, m; aligns the grid (default 0 0)"
+    numbers("--origin", "X", "Y", default=(0.0, 0.0), help=corner)
     seed = "point in free space, m: space connected to it is free, the rest unknown (default: the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
     prims("--include", "prim of a robot or movable body to map as an obstacle")
     prims("--exclude", "prim that is not an obstacle")
     local = parser.add_argument_group("localizability")
-    add_flag(
-        local,
-        "--localizability",
-        "also write NAME_localizability.png and .csv: how well AMCL could localize the robot at each place",
-    )
-    local.add_argument("--robot", metavar="NAME", help="robot whose lidar is used (default: the first one)")
-    local.add_argument("--lidar", metavar="PRIM", help="lidar to use; required if the robot has several")
+    written = "also write NAME_localizability.png and .csv: how well AMCL could localize the robot at each place"
+    add_flag(local, "--localizability", written)
+    add_value(local, "--robot", "NAME", "robot whose lidar is used (default: the first one)")
+    add_value(local, "--lidar", "PRIM", "lidar to use; required if the robot has several")
     scans = "number of scans, 0.25 m apart, whose likelihoods are multiplied to find ambiguous poses (default 8)"
-    local.add_argument("--scans", metavar="N", type=whole, default=8, help=scans)
+    add_value(local, "--scans", "N", scans, type=whole, default=8)
     noise = "AMCL's parameter alpha3: a larger value widens the spread of the estimated position (default 0.01)"
-    local.add_argument("--alpha", metavar="A", type=number, default=0.01, help=noise)
+    add_value(local, "--alpha", "A", noise, type=number, default=0.01)
     files = parser.add_argument_group("output")
     files.add_argument("--format", choices=("png", "pgm"), default="png", help="format of the image (default png)")
-    files.add_argument(
-        "--convention",
-        choices=("ros", "isaac"),
-        default="ros",
-        help="isaac: like maps of Isaac Sim, with a height range half a cell wider at both ends, an origin shifted by half a"
-        " cell, and RGBA pixels (default ros)",
-    )
+    isaac = "isaac: like maps of Isaac Sim, with a height range half a cell wider at both ends, an origin shifted by "
+    isaac += "half a cell, and RGBA pixels (default ros)"
+    files.add_argument("--convention", choices=("ros", "isaac"), default="ros", help=isaac)
     add_allow_argument(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the files of the map, and with `--localizability` also its files; return 0, or 1 if the scene has errors."""
+    """Write the map, and with `--localizability` also the localizability; return 0, or 1 if the scene has errors."""
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
     _refuse_others(path)

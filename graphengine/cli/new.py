@@ -10,6 +10,7 @@ from pathlib import Path
 from graphengine.cli import import_urdf
 from graphengine.cli.common import clean
 from graphengine.cli.import_report import report
+from graphengine.cli.options import add_value
 from graphengine.cli.progress import progress
 from graphengine.cli.project import WORLDS, Project
 from graphengine.format.diagnostics import Findings
@@ -18,20 +19,18 @@ from graphengine.format.errors import UsageError
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun new` to its parser."""
-    parser.add_argument("folder", metavar="DIR", type=Path, help="folder to create; it must be empty or not exist")
+    add_value(parser, "folder", "DIR", "folder to create; it must be empty or not exist", type=Path)
     description = "robot description file (default: use the included Clearpath Dingo-D)"
-    parser.add_argument("--from", metavar="URDF|XACRO|SDF|MJCF", dest="file", help=description)
+    add_value(parser, "--from", "URDF|XACRO|SDF|MJCF", description, dest="file")
     parser.add_argument("--world", choices=WORLDS, help="world of the scene (default: table for an arm, else flat)")
     import_urdf.add_source_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the project; return 0 on success, 1 if the description has errors (which are reported)."""
+    """Write the project; return 0 on success, 1 if the description has errors, which are printed."""
     project = Project(arguments.folder, _name(arguments.folder), arguments.world)
     if arguments.folder.exists() and (not arguments.folder.is_dir() or any(arguments.folder.iterdir())):
-        raise UsageError(
-            f"{arguments.folder}: this is not an empty folder; give a folder that is empty or does not exist"
-        )
+        raise UsageError(f"{arguments.folder}: this is not an empty folder; give an empty or a new folder")
     if not (arguments.file or arguments.topic or arguments.node):
         if arguments.arguments:
             raise UsageError(f"{arguments.arguments[0]}: only a xacro file takes arguments; give one with --from FILE")

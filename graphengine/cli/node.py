@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
 
-from graphengine.cli.live import FEEDBACK, Live, absolute, is_hidden, show, types_by_name
-from graphengine.cli.options import add_flag
+from graphengine.cli.live import Live, absolute, actions_of, is_hidden, show, types_by_name
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.subverbs import add_live_subverbs
 from graphengine.ros.network_graph import Direction, NetworkGraph
 
@@ -40,13 +39,13 @@ def _list(arguments: argparse.Namespace) -> int:
 
 
 def node_names(graph: NetworkGraph, hidden: bool) -> list[str]:
-    """Return the full names of all nodes, sorted; hidden ones only if `hidden` is set. Nodes with equal names are all listed."""
+    """Return the full name of each node, sorted, with repetitions; names of hidden nodes only if `hidden` is set."""
     names = (node.name for node in graph.nodes)
     return [name for name in names if hidden or not name.rpartition("/")[2].startswith("_")]
 
 
 def _info_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("node", metavar="NODE", help="node, such as /graphengine")
+    add_value(parser, "node", "NODE", "node, such as /graphengine")
     add_flag(parser, "--include-hidden", "include topics, services and actions with a name part that begins with _")
 
 
@@ -74,7 +73,7 @@ def _info(arguments: argparse.Namespace) -> int:
 
 
 def _sections(graph: NetworkGraph, node: str) -> dict[str, set[Named]]:
-    """Return the topics, services and actions of a node by section, with the titles and the order of `ros2 node info`."""
+    """Return a dict from the titles of `ros2 node info`, in its order, to the topics, services and actions of a node."""
     heard, said = _topics(graph, node, "subscribe"), _topics(graph, node, "publish")
     same = [other for other in graph.nodes if other.name == node]
     return {
@@ -82,24 +81,11 @@ def _sections(graph: NetworkGraph, node: str) -> dict[str, set[Named]]:
         "Publishers": said,
         "Service Servers": {pair for other in same for pair in other.servers},
         "Service Clients": {pair for other in same for pair in other.clients},
-        "Action Servers": _actions(said),
-        "Action Clients": _actions(heard),
+        "Action Servers": actions_of(said),  # a server publishes the feedback topic
+        "Action Clients": actions_of(heard),
     }
 
 
 def _topics(graph: NetworkGraph, node: str, direction: Direction) -> set[Named]:
     ends = (end for end in graph.endpoints if end.full_node == node and end.direction == direction)
     return {(end.topic, end.message_type) for end in ends}
-
-
-def _actions(topics: Iterable[Named]) -> set[Named]:
-    """Return name and type of the actions whose feedback topic is among `topics`, which are pairs of name and type.
-
-    A server publishes the feedback topic, and a client subscribes to it. So the topics that a node publishes give its action
-    servers, and the topics that it subscribes to give its action clients.
-    """
-    return {
-        (topic.removesuffix(FEEDBACK), kind.removesuffix("_FeedbackMessage"))
-        for topic, kind in topics
-        if topic.endswith(FEEDBACK)
-    }

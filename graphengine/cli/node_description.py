@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from graphengine.node.port import Port
 
 Constants = Sequence[tuple[str, str, Any]]
-"""Constants of a message type: name, ROS type and value of each."""
+"""Name, ROS type and value of each constant of a message type."""
 
 LONG = 4
-"""Maximum length of a list of port types, or of equal values in a default, to print in full; longer lists are abbreviated."""
+"""Maximum length of a list of port types, or of a default with equal values, that is printed in full."""
 
 
 def summary(cls: type[Node]) -> str:
@@ -55,15 +55,15 @@ def _kinds(port: Port) -> list[str]:
 
 
 def default_of(port: Port) -> str:
-    """Return the default of an input as text; a long list of equal values is written as `9 times 0.0`.
+    """Return the default of an input as text, such as `9 times 0.0` for a long list of equal values.
 
-    The text is empty if the port has no default.
+    Return an empty text if the port has no default.
     """
     return "" if port.is_exec or port.side == "outputs" or port.default is None else _shown(port.default)
 
 
 def facts_of(cls: type[Node], port: Port) -> list[str]:
-    """Return texts about a port: legal values, purpose, `required`, and `extension` if Isaac Sim's node type lacks the port."""
+    """Return legal values and purpose of a port, `required` if it is, and `extension` if Isaac Sim's node type lacks it."""
     facts = [port.constraint, port.doc, _required(cls, port), "extension" if port.extension else ""]
     return [fact for fact in facts if fact]
 

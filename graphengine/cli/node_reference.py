@@ -1,4 +1,4 @@
-"""Writes the node reference as Markdown: all node types with their ports, by family. A type's anchor is its registered name."""
+"""Writes the node reference as Markdown: all node types with their ports. The anchor of a type is its registered name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def write_reference(types: Sequence[type[Node]]) -> str:
         rows = [(f"[{code(last_part(cls))}](#{cls.type_name})", cls.kind(), prose(summary(cls))) for cls in members]
         parts += table(("type", "kind", "what it does"), rows)
         for cls in members:
-            parts += _of_type(cls)
+            parts += ["", f'<a id="{html.escape(cls.type_name)}"></a>', "", f"### {code(last_part(cls))}", ""]
+            parts += description(cls)
     return "\n".join([*parts, ""])
 
 
@@ -37,11 +38,6 @@ def family_of(cls: type[Node]) -> str:
 def last_part(cls: type[Node]) -> str:
     """Return the last part of the registered name of a node type."""
     return cls.type_name.rpartition(".")[2]
-
-
-def _of_type(cls: type[Node]) -> Iterable[str]:
-    yield from ("", f'<a id="{html.escape(cls.type_name)}"></a>', "", f"### {code(last_part(cls))}", "")
-    yield from description(cls)
 
 
 def description(cls: type[Node]) -> Iterable[str]:

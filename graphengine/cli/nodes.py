@@ -19,7 +19,7 @@ from graphengine.cli.common import (
     message_paths,
 )
 from graphengine.cli.node_description import Constants, describe, summary
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.format.errors import ContextError, UsageError
 from graphengine.format.files import installed_packages
 from graphengine.format.wording import quoted
@@ -35,14 +35,11 @@ MANY = 20
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nodes` to its parser."""
     name = "node type to describe: its full or short name, or a part that only one name has, such as Diff"
-    parser.add_argument("name", metavar="NAME", nargs="?", help=name)
-    search = "list the node types whose name, documentation or ports contain this text"
-    parser.add_argument("--search", metavar="WORD", help=search)
+    add_value(parser, "name", "NAME", name, nargs="?")
+    add_value(parser, "--search", "WORD", "list the node types whose name, documentation or ports contain this text")
     add_import_argument(parser)
-    message = (
-        "message or service type, such as geometry_msgs/msg/Twist; also print the ports that the node type gets from it"
-    )
-    parser.add_argument("--message", metavar="TYPE", help=message)
+    message = "also print the ports that the node type gets from this type, such as geometry_msgs/msg/Twist"
+    add_value(parser, "--message", "TYPE", message)
     add_message_path(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
@@ -69,9 +66,7 @@ def execute(arguments: argparse.Namespace) -> int:
         types = [cls]
     else:
         if arguments.message is not None:
-            raise UsageError(
-                "--message needs NAME, a node type that gets ports from a message type, such as ROS2Publisher"
-            )
+            raise UsageError("--message needs NAME, a node type with ports for a message type, such as ROS2Publisher")
         for owner, problem in registry.broken.items():
             print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
         types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
@@ -93,10 +88,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _search(word: str, types: Sequence[type[Node]], registry: Registry) -> list[type[Node]]:
-    """Return the node types that contain a text: first those with it in their name, then in the documentation, then in ports.
+    """Return the node types that contain a text: first in the name, then in the documentation, then in ports.
 
     Raises:
-        UsageError: there are no such types.
+        UsageError: no node type contains the text.
     """
     part = word.lower()
     by_name = [cls for cls in types if any(part in name.lower() for name in (cls.type_name, *cls.aliases))]
@@ -108,14 +103,14 @@ def _search(word: str, types: Sequence[type[Node]], registry: Registry) -> list[
 
 
 def _found(word: str | None, cls: type[Node]) -> str:
-    """Return the names of the ports whose name or documentation contains a text, after the word `ports`; else an empty text."""
+    """Return a text such as `ports: speed` that names the ports with a word in name or documentation; empty without any."""
     part = (word or "").lower()
     ports = [port.name for port in cls.fields.values() if part and part in f"{port.name} {port.doc}".lower()]
     return f"ports: {', '.join(ports)}" if ports else ""
 
 
 def _find(name: str, registry: Registry) -> type[Node]:
-    """Return the node type with this registered or short name, or the only one whose name contains the text.
+    """Return the node type with this registered or short name, or the only node type whose name contains the text.
 
     Raises:
         UsageError: no node type has this name, or several contain the text.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import clean
 from graphengine.cli.live import Live, absolute, is_hidden, show
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.parameter_file import EVERY_NODE, KEY, nested, read
 from graphengine.cli.subverbs import add_live_subverbs, reach_of
 from graphengine.format.errors import TransportError, UsageError
@@ -41,11 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser, optional=True)
-    matching = "list only parameters whose name begins with a match of this expression"
-    parser.add_argument("--filter", metavar="REGEX", help=matching)
+    add_value(parser, "--filter", "REGEX", "list only parameters whose name begins with a match of this expression")
     add_flag(parser, "--include-hidden-nodes", "include nodes whose name begins with _")
     prefixes = "list only parameters with these prefixes, such as cmd_vel.DiffController"
-    parser.add_argument("--param-prefixes", metavar="PREFIX", nargs="+", default=[], help=prefixes)
+    add_value(parser, "--param-prefixes", "PREFIX", prefixes, nargs="+", default=[])
     add_flag(parser, "--param-type", "also print the type of each parameter")
 
 
@@ -116,7 +115,7 @@ def _label(message: Any) -> str:
 def _set_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser)
     _add_parameter_argument(parser)
-    parser.add_argument("value", metavar="VALUE", help="value as YAML, such as 0.5 or '[1.0, 0.0, 0.0]'")
+    add_value(parser, "value", "VALUE", "value as YAML, such as 0.5 or '[1.0, 0.0, 0.0]'")
 
 
 def _set(arguments: argparse.Namespace) -> int:
@@ -138,7 +137,7 @@ def _given(name: str, value: Any, text: str) -> Any:
     Args:
         name: name of the parameter.
         value: the value; its Python type determines the parameter type.
-        text: value to send as a string if no parameter type fits.
+        text: text of the value, which is sent as a string if no parameter type fits the value.
     """
     from graphengine.messages.parameters import ParameterType, fitting_type, parameter_message
 
@@ -214,7 +213,7 @@ def _dump(arguments: argparse.Namespace) -> int:
 
 
 def current(client: ParameterClient) -> dict[str, Any]:
-    """Return the values of a node's parameters by name; parameters without a value are left out."""
+    """Return a dict from the names of a node's parameters to their values; parameters without a value are left out."""
     from graphengine.messages.parameters import python_value
 
     names = client.list()
@@ -228,8 +227,7 @@ def current(client: ParameterClient) -> dict[str, Any]:
 
 def _load_arguments(parser: argparse.ArgumentParser) -> None:
     _add_node_argument(parser)
-    form = "YAML file in the form that `graphrun param dump` prints"
-    parser.add_argument("file", metavar="FILE", type=Path, help=form)
+    add_value(parser, "file", "FILE", "YAML file in the form that `graphrun param dump` prints", type=Path)
     add_flag(parser, "--no-use-wildcard", f"ignore the parameters below {EVERY_NODE}, which are for all nodes")
 
 
@@ -248,9 +246,9 @@ def _load(arguments: argparse.Namespace) -> int:
 
 
 def _add_node_argument(parser: argparse.ArgumentParser, *, optional: bool = False) -> None:
-    """Add the positional argument NODE; `optional` allows it to be left out for all nodes."""
+    """Add the positional argument NODE; with `optional`, the user may leave it out to choose all nodes."""
     text = "node, such as /dd100_0000/dd100" + (" (default: all nodes)" if optional else "")
-    parser.add_argument("node", metavar="NODE", nargs="?" if optional else None, help=text)
+    add_value(parser, "node", "NODE", text, nargs="?" if optional else None)
 
 
 def _add_parameter_argument(parser: argparse.ArgumentParser, name: str = "parameter", **more: Any) -> None:

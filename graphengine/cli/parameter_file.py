@@ -14,7 +14,7 @@ KEY = "ros__parameters"
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values with dotted names as nested mappings. If `a` has a value too, `a.b` stays one key."""
+    """Return values with dotted names as nested mappings; `a.b` stays one key if `a` has a value too."""
     tree: dict[str, Any] = {}
     for name in sorted(values):
         place, rest = tree, name
@@ -29,11 +29,11 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
-    """Return the values in a parameter file by parameter name, without nulls. As in ros2, the file's node names are ignored.
+    """Return a dict from the parameters in a file to their values without nulls; as in ros2, node names are ignored.
 
     Args:
         path: the file.
-        wildcard: include the parameters below `/**`.
+        wildcard: whether to include the parameters below `/**`.
 
     Raises:
         CheckError: the file is not YAML.

@@ -15,15 +15,15 @@ _CHOICE = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose error messages have suggestions for misspelt words, short lists, and no control characters."""
+    """A parser whose error messages suggest corrections of misspelt words, list legal values, and have no control characters."""
 
     def parse_known_args(  # type: ignore[override]  # typeshed's overloads say no more
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[Any, list[str]]:
-        """Parse arguments; exit with an error for unknown ones.
+        """Parse arguments; exit with an error if some are unknown.
 
-        The parser of each verb reports its unknown arguments itself. In argparse, the top-level parser reports them; it does not
-        know the options of the verb, so it cannot suggest similar ones.
+        So the parser of the verb reports unknown arguments, and can suggest similar options of the verb. In argparse, the
+        top-level parser reports them, which does not know these options.
         """
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
@@ -32,7 +32,7 @@ class Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Print an error in the command line, with a suggestion if there is one; exit with the default `wrong_usage`, else 2."""
+        """Print an error in the command line with a suggestion; exit with the parser's default `wrong_usage`, or with 2."""
         from graphengine.cli import terminal
         from graphengine.cli.common import clean
 
@@ -51,12 +51,12 @@ class Parser(argparse.ArgumentParser):
 
 
 def _choices(names: Collection[Any]) -> str:
-    """Return a line that lists legal values; empty if there are none, or so many that only the help lists them."""
+    """Return a line that lists the legal values; empty without legal values, or with more than `FEW`."""
     return f"\n  choose from: {', '.join(str(name) for name in names)}" if 0 < len(names) <= FEW else ""
 
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
-    """Return one line with a suggestion for each word that is similar to a legal word; an empty text without one."""
+    """Return a line with a suggestion for each word that is similar to a legal word; empty if no word is."""
     from graphengine.format.wording import did_you_mean
 
     names = list(legal)

@@ -32,10 +32,10 @@ def add_plugin_verbs(parser: argparse.ArgumentParser, verbs: Any, chosen: str, o
 
     Args:
         parser: the parser.
-        verbs: its subparsers, those of the built-in verbs.
-        chosen: the verb to execute. Of the other verbs, only the names are added, for suggestions. If the module of the verb
-            cannot be used, the process ends with an error. If the text is empty, all verbs are added with their arguments; the
-            help of a verb that cannot be used says why.
+        verbs: subparsers of the built-in verbs.
+        chosen: the verb to execute. Other verbs are added without arguments, for suggestions. If the module of the verb cannot
+            be used, the process ends with an error. If `chosen` is empty, all verbs are added with their arguments; the help of
+            a verb that cannot be used gives the reason.
         old_names: former names of built-in verbs.
     """
     found = by_name(entry_points(group=GROUP))
@@ -60,7 +60,7 @@ def _add(verbs: Any, name: str, entries: list[EntryPoint]) -> None:
     """Add one verb.
 
     Raises:
-        GraphError: its module cannot be imported, lacks a part, or fails to add the arguments.
+        GraphError: the module cannot be imported, lacks a name of `_PARTS`, or fails to add the arguments.
     """
     module = load_only("verb", entries)
     package = package_of(entries[0])

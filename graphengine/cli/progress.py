@@ -25,16 +25,15 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
     Args:
         what: label of the bar.
         done: returns the completed amount of work; called from another thread.
-        total: total amount of work; None: it is unknown, the bar shows activity only, and no lines are printed.
+        total: total amount of work; with None, the bar shows activity only, and no lines are printed.
     """
     what, overwrites = printable(what), terminal.can_overwrite()
     if not overwrites and (total is None or sys.stderr is None):
         yield
         return
     over = threading.Event()
-    thread = threading.Thread(
-        target=_show if overwrites else _print, args=(what, done, total, over), name="progress", daemon=True
-    )
+    show = _show if overwrites else _print
+    thread = threading.Thread(target=show, args=(what, done, total, over), name="progress", daemon=True)
     thread.start()
     try:
         yield
@@ -45,7 +44,7 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
 
 @contextmanager
 def share_of(what: str) -> Iterator[Callable[[float], None]]:
-    """Show a bar while a block runs, and yield the function that the block calls with its completed share, 0 to 1.
+    """Show a bar while a block runs, and yield a function that the block calls with the completed share, 0 to 1.
 
     Args:
         what: label of the bar.

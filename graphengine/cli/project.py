@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WorldPlaces:
-    """An included world and free places for a robot in it.
+    """An included world with free positions for a robot.
 
     Attributes:
         file: MJCF file of the world, relative to the folder of the included scenes.
-        stand: x and y of a place on the floor for a robot that moves freely, m.
+        stand: free position (x, y) on the floor for a robot that moves freely, m.
         mount: position for the base link of a robot with a fixed base, m.
     """
 
@@ -53,7 +53,7 @@ class Project:
     Args:
         folder: folder of the project.
         name: name of the robot and the scene.
-        world: a key of `WORLDS`; None takes `table` for an arm and `flat` for other robots.
+        world: a key of `WORLDS`; None chooses `table` for an arm and `flat` for other robots.
     """
 
     def __init__(self, folder: Path, name: str, world: str | None) -> None:
@@ -89,11 +89,10 @@ class Project:
         write_together(self._contents)
 
     def told(self) -> str:
-        """Return a text for the user with the folder, the number of files and the next command."""
+        """Return a text for the user with the folder, its number of files, and the command to run next."""
         folder = near(str(self.folder))
-        return clean(
-            f"{folder}: a project of {len(self._contents)} files\nnext: cd {quoted(folder)} && graphrun run {self.name}.yaml"
-        )
+        command = f"cd {quoted(folder)} && graphrun run {self.name}.yaml"
+        return clean(f"{folder}: a project of {len(self._contents)} files\nnext: {command}")
 
     def _add(self, path: Path, text: str) -> None:
         self._contents[path] = text.encode()

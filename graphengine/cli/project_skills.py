@@ -25,14 +25,14 @@ _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
 
 @dataclass(frozen=True, slots=True)
 class Skills:
-    """What a robot can do through its graphs.
+    """The skills that a robot has through its graphs.
 
     Attributes:
         drives: whether a graph drives its base.
-        stands: whether a graph holds its legs, without which the robot falls over.
-        holds: whether its joints take commands from a topic and hold their positions; only if it can do nothing else.
-        reaches: Python code of a test for each arm that follows trajectories.
-        examples: commands for the README, each of which moves a joint or an arm.
+        stands: whether a graph holds its legs; without this graph, the robot falls over.
+        holds: whether its joints take commands from a topic and hold their positions; False for a robot with other skills.
+        reaches: Python code of the test of each arm that follows trajectories.
+        examples: commands for the README that move a joint or an arm.
     """
 
     drives: bool = False
@@ -87,7 +87,7 @@ def test_file(name: str, skills: Skills) -> str:
 
 
 def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
-    """Return the parameters of each graph that drives an arm, by the name of the graph."""
+    """Return a dict from the names of graphs that drive an arm to their parameters."""
     graphs = imported.draft.graphs
     return {name: each.value["parameters"] for name, each in graphs.items() if each.value["use"].endswith(_TRAJECTORY)}
 

@@ -1,4 +1,7 @@
-"""Parsers for times, rates, addresses, numbers, angles and vectors on the command line."""
+"""Parsers for times, rates, addresses, numbers, angles and vectors on the command line.
+
+Each raises ArgumentTypeError for an illegal text.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from graphengine.runtime.pacer import SLOWEST
 
 
 def duration(text: str) -> float:
-    """Parse a time such as `10`, `10s`, `500ms` or `2min`; return it in seconds."""
+    """Parse a time such as `10`, `10s`, `500ms` or `2min` to seconds."""
     try:
         return durations.seconds(text)
     except ValueError as error:
@@ -22,21 +25,20 @@ def duration(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Parse a rate; return it in seconds of simulation per second of wall time: `realtime` is 1, `max` is infinity."""
+    """Parse a rate, in seconds of simulation per second of wall time; `realtime` is 1, and `max` is infinity."""
     named = {"realtime": 1.0, "max": math.inf}
     try:
         factor = named[text] if text in named else float(text)
     except ValueError:
         factor = 0.0
     if not factor >= SLOWEST:
-        raise argparse.ArgumentTypeError(
-            f"{text.strip()!r} is not a rate; write realtime, max or a factor from {SLOWEST} up"
-        )
+        advice = f"write realtime, max or a factor from {SLOWEST} up"
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a rate; {advice}")
     return factor
 
 
 def address(text: str) -> tuple[str, int]:
-    """Parse an address such as `8765`, `0.0.0.0:8765` or `[::1]:8765`; return host (127.0.0.1 if left out) and port."""
+    """Parse an address such as `8765`, `0.0.0.0:8765` or `[::1]:8765` to host, by default 127.0.0.1, and port."""
     match = re.fullmatch(r"(?:(?:\[([0-9A-Fa-f:.]+)\]|([^][:/\s]+)):)?([0-9]{1,5})", text.strip())
     if match is None or int(match[3]) > 65535:
         advice = "write PORT or HOST:PORT, such as 8765 or 0.0.0.0:8765"
@@ -47,14 +49,13 @@ def address(text: str) -> tuple[str, int]:
 def port(text: str) -> int:
     """Parse a TCP port, 0 to 65535."""
     if not re.fullmatch("[0-9]{1,5}", text.strip()) or int(text) > 65535:
-        raise argparse.ArgumentTypeError(
-            f"{text.strip()!r} is not a port; write a number from 0 to 65535, such as 8080"
-        )
+        advice = "write a number from 0 to 65535, such as 8080"
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a port; {advice}")
     return int(text)
 
 
 def ip_address(text: str) -> str:
-    """Parse an IP address of this machine; return it as text."""
+    """Parse an IP address of this machine to its canonical text."""
     import ipaddress
 
     try:
@@ -66,21 +67,12 @@ def ip_address(text: str) -> str:
 
 def whole(text: str) -> int:
     """Parse an integer."""
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a whole number") from None
+    return int(_number(text, int, -math.inf, "a whole number"))
 
 
 def number(text: str) -> float:
     """Parse a finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number")
-    return value
+    return _number(text, float, -sys.float_info.max, "a number")
 
 
 def seconds(text: str) -> float:
@@ -107,11 +99,11 @@ def _number(text: str, kind: Callable[[str], float], least: float, legal: str) -
     with suppress(ValueError):
         if least <= (value := kind(text)) < math.inf:
             return value
-    raise argparse.ArgumentTypeError(f"{text!r}: write {legal}")
+    raise argparse.ArgumentTypeError(f"{text.strip()!r}: write {legal}")
 
 
 def angle(text: str) -> float:
-    """Parse an angle such as `1.57`, `1.57rad` or `90deg`; return it in radians."""
+    """Parse an angle such as `1.57`, `1.57rad` or `90deg` to radians."""
     match = re.fullmatch(r"([-+.e0-9]+)(rad|deg|)", text.strip())
     if match is None:
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not an angle; write 1.57, 1.57rad or 90deg")
@@ -119,7 +111,7 @@ def angle(text: str) -> float:
 
 
 def target(item: Callable[[str], float]) -> Callable[[str], tuple[str, float]]:
-    """Return a parser for targets of joints such as `shoulder=0.5`, in which `item` parses the number."""
+    """Return a parser for a target of a joint, such as `shoulder=0.5`; `item` parses the number."""
 
     def read(text: str) -> tuple[str, float]:
         name, _, value = text.strip().rpartition("=")
@@ -143,9 +135,8 @@ def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str]
         parts = text.split(",")
         if len(parts) not in sizes:
             wanted = " or ".join(map(str, sizes))
-            raise argparse.ArgumentTypeError(
-                f"{text.strip()!r}: write {wanted} numbers separated by commas, as in 1,2,0"
-            )
+            advice = f"write {wanted} numbers separated by commas, as in 1,2,0"
+            raise argparse.ArgumentTypeError(f"{text.strip()!r}: {advice}")
         return tuple(item(part) for part in parts)
 
     return read

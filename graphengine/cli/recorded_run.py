@@ -34,7 +34,7 @@ class RecordedRun:
     Attributes:
         recording: the recording; no tick has been read yet.
         runner: runner of the session; its network delivers only the recorded messages.
-        plain: returns a text with the paths of extracted files replaced by the file names in the recording.
+        plain: replaces the paths of extracted files in a text by the file names in the recording.
         warn: prints a warning to standard error.
     """
 
@@ -44,18 +44,20 @@ class RecordedRun:
     warn: Callable[[str], None]
 
 
-def start_recorded_run(
-    arguments: argparse.Namespace, use: Callable[[RecordedRun], int], log: Log = lambda *_: None
-) -> int:
+Use = Callable[[RecordedRun], int]
+"""Function that uses a recorded run and returns the exit code."""
+
+
+def start_recorded_run(arguments: argparse.Namespace, use: Use, log: Log = lambda *_: None) -> int:
     """Start the session of the recording that the command line names, and call `use` with it.
 
     Args:
         arguments: arguments of `graphrun replay` or `graphrun view`.
-        use: function that replays the session and returns the exit code.
+        use: replays the session.
         log: receives the messages of nodes: severity, prim path of the node, and text.
 
     Returns:
-        The result of `use`; or 1 if the scene or a node has an error, which is printed.
+        The result of `use`. If the scene or a node has an error, the error is printed and 1 is returned.
 
     Raises:
         UsageError: the file cannot be replayed.
@@ -81,13 +83,7 @@ def start_recorded_run(
             return 1
 
 
-def _start(
-    arguments: argparse.Namespace,
-    recording: Recording,
-    plain: Callable[[str], str],
-    use: Callable[[RecordedRun], int],
-    log: Log,
-) -> int:
+def _start(arguments: argparse.Namespace, recording: Recording, plain: Callable[[str], str], use: Use, log: Log) -> int:
     from graphengine.api.scene import start_runner
     from graphengine.api.scene_loading import open_scene
     from graphengine.recording import platform_info
@@ -116,10 +112,10 @@ def _start(
 
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
-    """Return the file to load and the options to load it with: those of the recorded run, changed by the command line.
+    """Return the file to load, and the loading options of the recorded run, changed by the command line.
 
     Raises:
-        UsageError: an option is invalid, or the run needs a module with node types or numba, which is not given or installed.
+        UsageError: an option is invalid, a module with node types is not given, or numba is not installed.
     """
     from graphengine.cli.common import environment, parse_set, reading_options
     from graphengine.format.files import find_file
@@ -144,7 +140,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
 
 
 def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> RunOptions:
-    """Return the session options of the recorded run, but with a network that delivers only the recorded messages."""
+    """Return the session options of the recorded run, with a network that delivers only the recorded messages."""
     from graphengine.api.run_options import RunOptions
     from graphengine.recording.replay import SilentTransport
 
@@ -161,7 +157,7 @@ def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> Ru
 
 
 def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
-    """Return the given ray casting method after a check that it is available.
+    """Return the given method of ray casting if it is available.
 
     Raises:
         UsageError: the method needs numba, which is not installed.
@@ -178,7 +174,7 @@ def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
 def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) -> Registry | None:
     """Import the modules given on the command line and return a registry with their node types; None without modules.
 
-    Modules are not imported just because a recording names them; the recording could come from someone else.
+    A module is imported only if the command line names it, because the recording could come from someone else.
 
     Raises:
         UsageError: the recorded run used a module that the command line does not give.
@@ -190,8 +186,7 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     ours = [name for name in recorded if any(f"{known}.".startswith(f"graphengine.{name}.") for known in library)]
     missing = [module for module in recorded if module not in (*given, *ours)]  # the library was once called `nodes`
     if missing:
-        remedy = " ".join(f"--import {module}" for module in missing)
-        raise UsageError(
-            f"{recording}: the run used modules with node types; if you trust these modules, give {remedy}"
-        )
+        options = " ".join(f"--import {module}" for module in missing)
+        remedy = f"if you trust these modules, give {options}"
+        raise UsageError(f"{recording}: the run used modules with node types; {remedy}")
     return make_registry(given) if given else None

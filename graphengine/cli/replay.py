@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.options import add_repeatable
+from graphengine.cli.options import add_repeatable, add_value
 from graphengine.cli.quantities import whole
 
 if TYPE_CHECKING:
@@ -22,16 +22,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun replay` to its parser."""
     from graphengine.cli.common import add_access_arguments
 
-    parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
+    add_value(parser, "recording", "FILE", "recording made by `graphrun run --record FILE`", type=Path)
     against = "replay the recorded inputs to this scene or graph instead of the recorded one"
-    parser.add_argument("--against", metavar="SCENE|GRAPH", help=against)
+    add_value(parser, "--against", "SCENE|GRAPH", against)
     add_repeatable(parser, "--ignore", "TOPIC", "topic to leave out of the comparison; globs allowed")
     values = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed, in addition to the values of the recorded run"
     add_repeatable(parser, "--set", "NODE.PORT=VALUE", values)
     parser.add_argument("--seed", type=whole, help="seed of all random generators (default: that of the recorded run)")
-    parser.add_argument(
-        "--rays", choices=("auto", "mujoco", "fast"), help="ray casting of lidars (default: as in the recorded run)"
-    )
+    rays = "ray casting of lidars (default: as in the recorded run)"
+    parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), help=rays)
     add_access_arguments(parser)
 
 
@@ -69,13 +68,12 @@ def _replay(arguments: argparse.Namespace, run: RecordedRun) -> int:
 
 
 def verdict(found: Difference | None, run: Replay) -> str:
-    """Return the result of the comparison as text: identical, or where and how the replay differs."""
+    """Return the result of the comparison as text: `identical` with counts, or the first difference and its source."""
     if found is None:
         return f"identical: {_counted(run)}, {run.recording.times.seconds(run.ticks):.3f} s"
     lines = [line for text in found.lines for line in text.split("\n")]
-    return "\n  ".join(
-        [str(found), *_published_by(found.node, run.session), *lines, f"before that, {_counted(run)} are identical"]
-    )
+    before = f"before that, {_counted(run)} are identical"
+    return "\n  ".join([str(found), *_published_by(found.node, run.session), *lines, before])
 
 
 def _counted(run: Replay) -> str:
@@ -88,17 +86,15 @@ def _published_by(node: str, session: SessionCore) -> list[str]:
     """Return lines about the node that published a message: its type, file and line, and the values of its wired inputs.
 
     Args:
-        node: prim path of the node; empty: no lines are returned.
+        node: prim path of the node; if empty, no lines are returned.
         session: the session of the replay, from which the values are read.
     """
     for run in session.graphs:
-        graph = run.executor.graph
+        graph, nodes = run.executor.graph, run.executor.nodes
         for instance in graph.instances:
             if f"{graph.prim_path}/{instance.id}" == node:
                 wires = [wire for wire in graph.data_wires if wire.target == instance.index]
-                read = [
-                    f"{wire} = {_short(getattr(run.executor.nodes[wire.target], wire.target_field))}" for wire in wires
-                ]
+                read = [f"{wire} = {_short(getattr(nodes[wire.target], wire.target_field))}" for wire in wires]
                 return [f"published by {node} ({instance.cls.type_name}, {instance.span})", *read]
     return [f"published by {node}"] if node else []
 

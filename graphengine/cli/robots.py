@@ -8,6 +8,7 @@ import json
 
 from graphengine.cli.common import add_file_arguments, clean, fitted_table, load, print_findings
 from graphengine.cli.live import show
+from graphengine.cli.options import add_value
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 
@@ -16,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun robots` to its parser."""
     add_file_arguments(parser)
     output = parser.add_mutually_exclusive_group()
-    output.add_argument("--urdf", metavar="ROBOT", help="print the URDF of this robot, for robot_state_publisher")
+    add_value(output, "--urdf", "ROBOT", "print the URDF of this robot, for robot_state_publisher")
     form = "output format (default text); json also has the URDF of each robot"
     output.add_argument("--format", choices=("text", "json"), default="text", help=form)
 

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.console import Console
-from graphengine.cli.options import add_flag, add_repeatable
+from graphengine.cli.options import add_flag, add_repeatable, add_value
 from graphengine.cli.quantities import address, duration, rate
 from graphengine.cli.terminal import wrapped
 
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     add_file_arguments(parser)
     simulated = "simulation time to run, such as 10, 10s, 500ms or 2min (default: until Ctrl-C)"
-    parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
+    add_value(parser, "--for", "TIME", simulated, dest="duration", type=duration)
     pace = "realtime, max, or a factor of real time, such as 0.5 (default realtime; max with --transport memory)"
     parser.add_argument("--rate", type=rate, help=pace)
     add_flag(parser, "--paused", "start paused; `graphrun ctl play` starts the simulation")
@@ -40,9 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " stop, step and reset the run, and spawn and move robots; runs in the same ROS domain need different namespaces,"
         " such as /one"
     )
-    parser.add_argument(
-        "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
-    )
+    add_value(parser, "--simulation-interfaces", "NAMESPACE", interfaces, nargs="?", type=_namespace, const="/")
     add_transport_argument(parser, reaching_others=False)
     add_flag(parser, "--no-parameters", "do not offer ROS parameters for inputs and variables")
     foxglove = (
@@ -50,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " --transport; Foxglove's SDK checks neither a password nor the origin of a page: all users and programs of this machine,"
         " including web pages in its browsers, can read the topics"
     )
-    parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
+    add_value(parser, "--foxglove", "[HOST:]PORT", foxglove, type=address)
     publish = (
         "let Foxglove clients also publish to the topics that graphs read, and so drive robots; the printed address then"
         " contains a token, and the port accepts only clients with this token"
@@ -66,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "record all inputs and outputs to an MCAP file for `graphrun replay`, ros2 bag and Foxglove; ticks then wait for"
         " camera images"
     )
-    parser.add_argument("--record", metavar="FILE", type=Path, help=record)
+    add_value(parser, "--record", "FILE", record, type=Path)
     lockstep = (
         "wait for a program, such as a controller on /clock: where each period of simulation time ends, the next tick begins when"
         " the program has sent its messages on the topic, as in /dd100_0000/cmd_vel=0.1s or /cmd_vel=0.1s,messages=2,timeout=10s"
@@ -74,15 +72,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_repeatable(parser, "--lockstep", "TOPIC=PERIOD", lockstep, type=_lockstep)
     add_flag(parser, "--no-lockstep", "do not wait for programs, even if the scene has the key `lockstep`")
-    profile = (
-        "at the end, print how often each node ran and fired, and its computing time, measured in every tenth tick"
+    ports = (
+        "add the values of these ports to the recording and to Foxglove, as channels /_graph/ADDRESS; an address"
+        " [ROBOT/][GRAPH/]NODE.PORT, whose parts may be globs, as in '*/ComputeOdom.*'"
     )
+    add_repeatable(parser, "--ports", "ADDRESS", ports)
+    profile = "print at the end how often each node ran and fired, and its computing time in every tenth tick"
     add_flag(parser, "--profile", profile)
     watch = (
         "reload files as soon as they are saved: nodes of changed graphs keep their state, and a changed world or robot"
         " restarts the run at t = 0; if the changed files have errors, the run continues with the previous version"
     )
     add_flag(parser, "--watch", watch)
+    edit = (
+        "let `graphrun ctl save` and the web page write values of inputs and positions of nodes into the YAML files of the"
+        " scene's folder; not together with --view-host"
+    )
+    add_flag(parser, "--edit", edit)
     add_flag(parser, "--view", "serve a web page that shows and controls the run, and print its address")
     add_page_arguments(parser)
     add_flag(parser, "--view-read-only", "let the web page show the run, but not control it")
@@ -95,7 +101,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _namespace(text: str) -> str:
     """Parse an absolute ROS 2 namespace.
 
-    The option's value is optional, so it could take the scene file as its value; the error message then explains the order.
+    The error message explains the order of arguments, because the option takes a scene file behind it for its value.
 
     Raises:
         argparse.ArgumentTypeError: the text is not an absolute namespace.
@@ -118,7 +124,7 @@ def _lockstep(text: str) -> dict[str, Any]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run until `--for` has passed or a signal ends the run; return 0, or 1 if the files have errors."""
+    """Run until the time `--for` has passed or a signal arrives; return 0, or 1 if the files have errors."""
     from graphengine.api.run_options import RunOptions, check_recording, read_lockstep
     from graphengine.api.scene import start_runner
     from graphengine.api.viewing import open_page
@@ -133,6 +139,10 @@ def execute(arguments: argparse.Namespace) -> int:
             raise UsageError(f"--record {error}") from None
     if arguments.foxglove_publish and arguments.foxglove is None:
         raise UsageError("--foxglove-publish needs --foxglove [HOST:]PORT")
+    if arguments.edit and arguments.view_host not in ("127.0.0.1", "::1"):
+        raise UsageError("--edit is only for pages on this machine: leave out --view-host")
+    if arguments.ports and arguments.record is None and arguments.foxglove is None:
+        raise UsageError("--ports needs --record FILE or --foxglove [HOST:]PORT")
     scene = open_scene(arguments)
     console = Console(quiet=arguments.quiet)
     options = RunOptions(
@@ -148,6 +158,8 @@ def execute(arguments: argparse.Namespace) -> int:
         log=console.say,
         fault=console.fault,
         lockstep=read_lockstep(arguments.lockstep) if arguments.lockstep or arguments.no_lockstep else None,
+        ports=arguments.ports,
+        edit=arguments.edit,
         patient=arguments.rate is not None and math.isinf(arguments.rate),
     )
     runner = start_runner(scene, options)
@@ -181,7 +193,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _opening(arguments: argparse.Namespace, runner: Runner) -> Iterator[str]:
-    """Yield the lines that a run prints first: the scene, the tick rate and the transport; with `--verbose`, also all details."""
+    """Yield the first lines of a run: scene, tick rate and transport; with `--verbose`, also numbers and details of both."""
     from graphengine.cli.common import counted
     from graphengine.ros.transport import brief
 
@@ -200,9 +212,9 @@ def _opening(arguments: argparse.Namespace, runner: Runner) -> Iterator[str]:
 
 
 def _channel(arguments: argparse.Namespace, queue: CommandQueue, console: Console) -> AbstractContextManager[object]:
-    """Open the control channel for `graphrun ctl` and return it.
+    """Open and return the control channel for `graphrun ctl`.
 
-    With `--no-control`, or if the channel cannot be opened (which is reported), return a context manager that does nothing.
+    With `--no-control`, or if the channel cannot be opened, return a context manager without effect.
     """
     from graphengine.control.channel import Channel
     from graphengine.format.errors import ControlError
@@ -218,7 +230,7 @@ def _channel(arguments: argparse.Namespace, queue: CommandQueue, console: Consol
 
 @contextmanager
 def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionCore], bool]]:
-    """Yield the function to call after each tick. If a graph uses the keyboard, it also passes the terminal's keys to the run."""
+    """Yield the function to call after each tick, which also passes keys of the terminal to graphs that use the keyboard."""
     terminal = sys.stdin is not None and sys.stdin.isatty()
     if not session.services.keys.asked or not terminal:
         if session.services.keys.asked:
@@ -241,7 +253,7 @@ def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionC
 def _profiled(
     arguments: argparse.Namespace, session: SessionCore, on_tick: Callable[[SessionCore], bool], console: Console
 ) -> Iterator[Callable[[SessionCore], bool]]:
-    """Yield the function to call after each tick. With `--profile`, it measures the nodes; the table is printed at the end."""
+    """Yield the function to call after each tick; with `--profile`, it measures the nodes, and a table is printed at the end."""
     if not arguments.profile:
         yield on_tick
         return
@@ -269,9 +281,9 @@ def _profiled(
 
 @contextmanager
 def _signals(session: SessionCore) -> Iterator[None]:
-    """Return a context manager in which Ctrl-C, SIGTERM and SIGHUP end a run: after the tick, or immediately if the run waits.
+    """Return a context manager in which Ctrl-C, SIGTERM and SIGHUP end a run after the tick, or at once if the run waits.
 
-    A second signal of the same kind ends the process. SIGHUP stays ignored if it was, as under `nohup`.
+    A second signal with the same number ends the process. A SIGHUP that the process ignores, as under `nohup`, stays ignored.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:

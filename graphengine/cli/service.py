@@ -7,7 +7,7 @@ import sys
 import time
 
 from graphengine.cli.live import Live, absolute, add_message_arguments, is_hidden, near_topic, show, types_by_name
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.quantities import positive
 from graphengine.cli.subverbs import add_live_subverbs, reach_of
 
@@ -40,7 +40,7 @@ def _list(arguments: argparse.Namespace) -> int:
 
 
 def _type_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("service", metavar="SERVICE", help="service, such as /get_map")
+    add_value(parser, "service", "SERVICE", "service, such as /get_map")
 
 
 def _type(arguments: argparse.Namespace) -> int:
@@ -59,11 +59,11 @@ def _type(arguments: argparse.Namespace) -> int:
 
 
 def _call_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("service", metavar="SERVICE", help="service, such as /light")
-    parser.add_argument("type", metavar="TYPE", help="service type, such as std_srvs/srv/SetBool")
+    add_value(parser, "service", "SERVICE", "service, such as /light")
+    add_value(parser, "type", "TYPE", "service type, such as std_srvs/srv/SetBool")
     add_message_arguments(parser, "values", "request", "{data: true}")
     rate = "repeat the call at this rate, Hz, until Ctrl-C (default: call once)"
-    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, help=rate)
+    add_value(parser, "--rate", "HZ", rate, short="-r", type=positive)
     parser.epilog = "The exit code is 0 if the server responded, else 1."
 
 
@@ -99,9 +99,9 @@ def _call(arguments: argparse.Namespace) -> int:
 
 
 def _why_no_server(live: Live, service: str, service_type: str) -> str:
-    """Return a likely reason why the service has no server of this type: its type differs, or the name is misspelt.
+    """Return a likely reason why the service has no server of this type: another type, or a misspelt name.
 
-    The text is empty if no reason is known.
+    Return an empty text if no reason is known.
     """
     offered = types_by_name(pair for node in live.graph_now().nodes for pair in node.servers)
     if service in offered:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_file_arguments, check_suffix, clean, counted, load, print_findings
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.format.atomic_write import write_together
 from graphengine.format.files import near
 from graphengine.format.wording import printable
@@ -27,11 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(form, "--schedule", "print the nodes in the order in which they run, with the condition of each")
     add_flag(form, "--plan", "print the Python code that is generated for a tick")
     add_flag(form, "--mermaid", "print a Mermaid flowchart")
-    form.add_argument(
-        "--svg", metavar="FILE", type=Path, help="SVG file to write: a drawing with ports, values and findings"
-    )
+    add_value(form, "--svg", "FILE", "SVG file to write: a drawing with ports, values and findings", type=Path)
     page_file = "HTML file to write: the drawing as a web page with zoom and details of ports"
-    form.add_argument("--html", metavar="FILE", type=Path, help=page_file)
+    add_value(form, "--html", "FILE", page_file, type=Path)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -47,15 +45,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.mermaid:
         print("\n".join(["flowchart LR", *map(mermaid, scene.planned)]))
         return 0
-    for number, graph in enumerate(scene.planned):
-        if number:
-            print()
-        if arguments.plan:
-            print(f"# {_at(graph)}\n{source_of(graph.plan).text}", end="")
-        elif arguments.schedule:
-            print(schedule(graph))
-        else:
-            print(outline(graph))
+    if arguments.plan:
+        texts = [f"# {_at(graph)}\n{source_of(graph.plan).text}" for graph in scene.planned]
+    else:
+        texts = [f"{(schedule if arguments.schedule else outline)(graph)}\n" for graph in scene.planned]
+    print("\n".join(texts), end="")
     return 0
 
 
@@ -84,7 +78,7 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
 
 
 def _at(graph: Graph) -> str:
-    """Return a line with the name and prim path of a graph and when it runs."""
+    """Return a line with the name, the prim path and the occasion of execution of a graph."""
     pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
     return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}")
 
@@ -97,7 +91,7 @@ def _value(value: Any) -> str:
 
 
 def outline(graph: Graph) -> str:
-    """Return the nodes of a graph as text, each with its type and the values set in the file; then the wires."""
+    """Return the nodes of a graph as text, with types and the values in the file, and then the wires."""
     lines = [_at(graph)]
     gates = {instance.part_of: instance.make_node() for instance in graph.instances if instance.part_of}
     for instance in (instance for instance in graph.instances if not instance.part_of):
@@ -113,7 +107,7 @@ def outline(graph: Graph) -> str:
 
 
 def schedule(graph: Graph) -> str:
-    """Return the schedule of a graph as text: each region of the plan, and the nodes of the region in execution order."""
+    """Return the schedule of a graph as text: the regions of the plan, each with its nodes in execution order."""
     lines = [_at(graph)]
     constants = [graph.instances[refresh.node].id for refresh in graph.plan.constants]
     if constants:
@@ -143,9 +137,9 @@ def _calls(graph: Graph, region: Region) -> Iterator[str]:
 
 
 def _when(graph: Graph, region: Region, call: Call) -> str:
-    """Return a condition such as `when Tick.tick fires`, which lists the outputs that can start a node in a region.
+    """Return a condition such as `when Tick.tick fires`, with all outputs that can start a node in a region.
 
-    The text is empty if the node always runs in this region.
+    Return an empty text if the node always runs in this region.
     """
     if not call.guard:
         return ""
@@ -157,7 +151,7 @@ def _when(graph: Graph, region: Region, call: Call) -> str:
 def _fires(graph: Graph, region: Region, wire: Wire) -> bool:
     """Return whether an execution wire can start its target in this region.
 
-    A wire cannot if it comes from a pusher node, which runs its targets itself, or if its target runs in a later pass.
+    A wire from a pusher node cannot, because the node itself runs its targets. A wire whose target runs in a later pass cannot.
     """
     kind = graph.instances[wire.source].cls.kind()
     if kind == "latent":
@@ -172,7 +166,7 @@ def _line(graph: Graph, index: int, kind: str, when: str) -> str:
 
 
 def mermaid(graph: Graph) -> str:
-    """Return a graph as a subgraph of a Mermaid flowchart. Thick arrows are execution wires, thin arrows are data wires."""
+    """Return a graph as a subgraph of a Mermaid flowchart, with thick arrows for execution and thin arrows for data."""
     lines = [f'  subgraph {_safe(graph.name)}["{graph.name}"]']
     for instance in graph.instances:
         short = instance.cls.type_name.rpartition(".")[2]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, clean, log_problem, open_scene, table
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.progress import progress
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
     Advance = Callable[[float, Callable[[], bool]], None]
-    """Function that runs a duration, s, and calls a function after each tick until it returns False."""
+    """Function that runs for a duration, s, and calls a second function after each tick until that function returns False."""
 
 OF_A_RUN = ("--scene", "--set", "--robot-state", "--localization", "--seed")
-"""Options that change a run, and which a recording therefore does not take."""
+"""Options that change a run; they are illegal for a recording."""
 DURATION = 10.0
 """Default duration of a video of a scene, s."""
 
@@ -39,21 +39,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(rays=None)
     where = "view: perspective (all robots), follow (behind the first robot), top, the name of a camera in the world's MJCF "
     where += "file, or the prim of a camera (default perspective)"
-    parser.add_argument("--camera", metavar="VIEW|PRIM", default="perspective", help=where)
+    add_value(parser, "--camera", "VIEW|PRIM", where, default="perspective")
     at = "simulation time of the image, or of the start of the video, such as 10 or 500ms (default 0)"
-    parser.add_argument("--at", metavar="TIME", type=duration, default=0.0, help=at)
+    add_value(parser, "--at", "TIME", at, type=duration, default=0.0)
     pixels = "size in pixels (default: that of the camera's prim, else 1280x720; for a video 640x360)"
-    parser.add_argument("--size", metavar="WxH", type=size, help=pixels)
+    add_value(parser, "--size", "WxH", pixels, type=size)
     output = parser.add_mutually_exclusive_group(required=True)
-    output.add_argument("-o", "--output", metavar="FILE", type=Path, help="PNG file to write")
-    output.add_argument(
-        "--video", metavar="FILE", type=Path, help="video to write: a .webp, .gif or .mp4 file (.mp4 needs ffmpeg)"
-    )
+    add_value(output, "--output", "FILE", "PNG file to write", short="-o", type=Path)
+    add_value(output, "--video", "FILE", "video to write: a .webp, .gif or .mp4 file (.mp4 needs ffmpeg)", type=Path)
     how_long = "duration of the video in simulation time (default 10s, or up to the end of the recording)"
-    parser.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=how_long)
-    parser.add_argument(
-        "--fps", metavar="N", type=whole, help="images of the video per second of simulation time (default 20)"
-    )
+    add_value(parser, "--for", "TIME", how_long, dest="duration", type=duration)
+    add_value(parser, "--fps", "N", "images of the video per second of simulation time (default 20)", type=whole)
     what = parser.add_mutually_exclusive_group()
     depth = "write a 16 bit depth image of a camera's prim: depth along its optical axis, mm; 0 if out of range"
     add_flag(what, "--depth", depth)
@@ -108,7 +104,7 @@ def _take_recorded(arguments: argparse.Namespace, run: RecordedRun) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Raise UsageError for options that do not fit each other."""
+    """Raise UsageError if two options contradict each other."""
     from graphengine.api.video_encoders import check_path
 
     output: Path | None = arguments.output
@@ -164,9 +160,7 @@ def _take(arguments: argparse.Namespace, session: SessionCore, advance: Advance)
     except UsageError as error:
         raise UsageError(f"--camera {error}") from None
     if arguments.depth and prim is None:
-        raise UsageError(
-            f"--depth: {arguments.camera} is a view, which has no depth image; give the prim of a camera to --camera"
-        )
+        raise UsageError(f"--depth: the view {arguments.camera} has no depth image; give --camera the prim of a camera")
     with progress("simulating", lambda: session.time, arguments.at):
         advance(arguments.at, lambda: True)
     return _take_video(arguments, session, world, advance) if arguments.video else _take_image(arguments, world)
@@ -194,19 +188,17 @@ def _take_video(arguments: argparse.Namespace, session: SessionCore, world: Simu
     from graphengine.api.video import FPS, Video
 
     fps = FPS if arguments.fps is None else arguments.fps
-    with closing(
-        Video(world, arguments.video, arguments.camera, arguments.duration, session.clock.delta, arguments.size, fps)
-    ) as video:
+    delta = session.clock.delta
+    video = Video(world, arguments.video, arguments.camera, arguments.duration, delta, arguments.size, fps)
+    with closing(video):
         with progress("taking images", lambda: video.frames, video.planned):
             video.after_ticks(0)
             advance(arguments.duration, video.after_ticks)
         with progress(f"writing {near(str(video.path))}"):
             video.write()
         width, height = video.size
-        shown, size = f"{arguments.camera} from t = {arguments.at:g} s", video.path.stat().st_size
-        _report(
-            video.path, f"{shown}, {video.frames / fps:g} s, {width} x {height}, {fps} images/s, {size / 1e6:.2f} MB"
-        )
+        shown = f"{arguments.camera} from t = {arguments.at:g} s, {video.frames / fps:g} s, {width} x {height}"
+        _report(video.path, f"{shown}, {fps} images/s, {video.path.stat().st_size / 1e6:.2f} MB")
     return 0
 
 

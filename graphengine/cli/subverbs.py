@@ -9,7 +9,7 @@ from graphengine.cli.live import add_live_arguments
 from graphengine.cli.parser import add_verb
 
 Subverb = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
-"""A subverb: its summary, the function that adds its arguments, and the function that executes it and returns the exit code."""
+"""Summary of a subverb, the function that adds its arguments, and the function that executes it and returns the exit code."""
 
 
 def add_subverbs(
@@ -38,7 +38,7 @@ def add_live_subverbs(
 
     Args:
         parser: parser of the verb.
-        subverbs: the subverbs by name; the options for joining follow the arguments that they add.
+        subverbs: the subverbs by name; the options for joining follow their arguments.
         epilog: text at the end of the verb's help.
         clocked: names of the subverbs with `--use-sim-time`.
     """
@@ -47,6 +47,6 @@ def add_live_subverbs(
 
 
 def reach_of(peers: str) -> str:
-    """Return the sentence that says which peers a verb reaches with each transport, for its help."""
+    """Return a sentence for the help of a verb: which servers, or other `peers`, the verb reaches with each transport."""
     dds = f"--transport dds reaches only {peers} on Cyclone DDS"
     return f"{dds}; --transport rclpy reaches {peers} on the RMW of the sourced ROS 2."

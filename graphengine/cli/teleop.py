@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.live import Live, absolute, add_live_arguments
+from graphengine.cli.options import add_value
 from graphengine.cli.quantities import positive
 from graphengine.cli.terminal_keyboard import ENDS, TerminalKeyboard
 from graphengine.format.errors import UsageError
@@ -30,20 +31,20 @@ HELP = "arrows or w a s d: drive and turn;   space: stop;   + or -: faster or sl
 RATE = 20.0
 """Rate of publishing while the robot is driven, Hz."""
 STOPPING = 10
-"""Number of messages with velocity 0 after the last key; then publishing pauses, so that other nodes can drive the robot."""
+"""Number of messages with velocity 0 after the last key; then the verb publishes nothing, to let other nodes drive the robot."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun teleop` to its parser."""
     topic = f"velocity topic to publish (default: the only one with subscribers, else {TOPIC})"
-    parser.add_argument("topic", metavar="TOPIC", nargs="?", help=topic)
-    parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="forward speed, m/s (default 0.5)")
-    parser.add_argument("--turn", metavar="RAD/S", type=positive, default=1.0, help="turn rate, rad/s (default 1)")
+    add_value(parser, "topic", "TOPIC", topic, nargs="?")
+    add_value(parser, "--speed", "M/S", "forward speed, m/s (default 0.5)", type=positive, default=0.5)
+    add_value(parser, "--turn", "RAD/S", "turn rate, rad/s (default 1)", type=positive, default=1.0)
     hold = "time for which a key press acts; it must be longer than the keyboard's repeat delay (default 0.5)"
-    parser.add_argument("--hold", metavar="SECONDS", type=positive, default=0.5, help=hold)
+    add_value(parser, "--hold", "SECONDS", hold, type=positive, default=0.5)
     kind = "message type (default: that of the topic's subscribers, else Twist)"
     parser.add_argument("--type", choices=("Twist", "TwistStamped"), help=kind)
-    parser.add_argument("--frame-id", metavar="FRAME", default="", help="frame_id in the header of a TwistStamped")
+    add_value(parser, "--frame-id", "FRAME", "frame_id in the header of a TwistStamped", default="")
     parser.epilog = f"Keys: {HELP}."
     add_live_arguments(parser, clock=True)
 
@@ -71,18 +72,15 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def only_topic(graph: NetworkGraph) -> str:
-    """Return the topic to which a peer subscribes with the type Twist or TwistStamped.
-
-    If there is no such topic, return `/cmd_vel`.
+    """Return the only topic to which peers subscribe with the type Twist or TwistStamped; `/cmd_vel` without subscribers.
 
     Raises:
-        UsageError: there are several such topics.
+        UsageError: peers subscribe to several topics with these types.
     """
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
-        raise UsageError(
-            f"several topics have subscribers of type Twist or TwistStamped\n  {listing(topics, 'give one as TOPIC')}"
-        )
+        advice = listing(topics, "give one as TOPIC")
+        raise UsageError(f"several topics have subscribers of type Twist or TwistStamped\n  {advice}")
     return topics[0] if topics else TOPIC
 
 
@@ -98,7 +96,7 @@ def _readers(graph: NetworkGraph) -> list[Endpoint]:
 
 @dataclass(slots=True)
 class Stick:
-    """Converts pressed keys to velocities. A terminal does not report when a key is released, so a press acts for a fixed time.
+    """Converts pressed keys to velocities. A press acts for a fixed time, because a terminal does not report releases of keys.
 
     Args:
         hold: time for which a press acts, s.
@@ -110,10 +108,10 @@ class Stick:
     speed: float
     turn: float
     _held: dict[int, tuple[float, float]] = field(default_factory=dict)
-    """Direction (1 or -1) and the time until which it acts, s, for driving (key 0) and turning (key 1)."""
+    """For driving (key 0) and turning (key 1): the direction, 1 or -1, and the time until which the direction acts, s."""
 
     def press(self, key: str, now: float) -> None:
-        """Process a key that was pressed at a time (s); keys without a meaning are ignored."""
+        """Add the effect of a key pressed at the time `now`, s; other keys than those of `HELP` have no effect."""
         if key == " ":
             self._held.clear()
         elif key in FACTORS:
@@ -123,7 +121,7 @@ class Stick:
                 self._held[axis] = direction, now + self.hold
 
     def command(self, now: float) -> tuple[float, float]:
-        """Return the forward speed (m/s) and turn rate (rad/s) at a time (s)."""
+        """Return the forward speed (m/s) and turn rate (rad/s) at the time `now`, s."""
         held = {axis: direction for axis, (direction, until) in self._held.items() if now < until}
         return held.get(0, 0.0) * self.speed, held.get(1, 0.0) * self.turn
 
@@ -163,9 +161,8 @@ def _follow(keyboard: TerminalKeyboard, stick: Stick, publisher: VelocityPublish
         if still <= STOPPING:
             publisher.drive(speed, turn)
         listeners = "" if publisher.writer.matched else "   no subscriber"
-        line = (
-            f"{speed:6.2f} m/s {turn:6.2f} rad/s   keys give {stick.speed:.2f} m/s, {stick.turn:.2f} rad/s{listeners}"
-        )
+        keys = f"keys give {stick.speed:.2f} m/s, {stick.turn:.2f} rad/s"
+        line = f"{speed:6.2f} m/s {turn:6.2f} rad/s   {keys}{listeners}"
         if line != told:
             print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
             told = line

@@ -44,13 +44,13 @@ def uses_colours(stream: TextIO | None) -> bool:
 
 
 _WHOLE = re.compile(r"^ *\d* +\| |.graphrun |.cd |--allow |pip install")
-"""Lines that are not wrapped, because they show a file or because users copy them."""
+"""Matches a line that is not wrapped, because the line shows a file or because users copy a command from it."""
 _TOGETHER = re.compile(r"--[\w-]+ |'[^']*/[^']*'")
-"""Parts of a line with spaces at which it is not wrapped: an option and its value, and a quoted path."""
+"""Matches a part of a line that is not split at its spaces: an option with its value, or a quoted path."""
 
 
 def wrapped(text: str, stream: TextIO | None) -> str:
-    """Return a message; for a stream that is a terminal, its long lines are wrapped between words, except lines with commands."""
+    """Return a message, for a terminal with its long lines wrapped between words, except lines with commands."""
     if stream is None or not stream.isatty():
         return text
     most, lines = width(stream), list[str]()
@@ -64,12 +64,12 @@ def wrapped(text: str, stream: TextIO | None) -> str:
 
 
 def shows_stdout() -> bool:
-    """Return whether standard output is a terminal, so that its text must be printed above the live display."""
+    """Return whether standard output is a terminal; its text must then be printed above the live display."""
     return sys.stdout is not None and sys.stdout.isatty()
 
 
 def make_console() -> Console:
-    """Return a rich console on standard error, which leaves the wrapping of long lines to the terminal.
+    """Return a rich console on standard error that leaves the wrapping of long lines to the terminal.
 
     Call it only if `can_overwrite` returns true.
     """
@@ -81,13 +81,13 @@ def make_console() -> Console:
 
 
 def start(display: Live | Progress) -> None:
-    """Start a display, then show the cursor again: rich hides it, and it would stay hidden if the process were killed."""
+    """Start a display and show the cursor, which rich hides; after a kill of the process, the cursor would stay hidden."""
     display.start()
     display.console.show_cursor(True)
 
 
 def start_live_line() -> Live:
-    """Start and return an empty line, which stays below all output of this program until it is stopped."""
+    """Start and return an empty line that stays below all output of this program until the caller stops it."""
     from rich.live import Live
 
     line = Live(console=make_console(), auto_refresh=False, transient=True, redirect_stdout=shows_stdout())
@@ -100,7 +100,7 @@ def overwrite(line: Live, parts: Iterable[tuple[str, str]], gap: str) -> None:
 
     Args:
         line: line from `start_live_line`.
-        parts: texts to show, each with its style for rich, the most important first; those that do not fit are left out.
+        parts: texts in order of importance, each with its style for rich; texts beyond the width are left out.
         gap: text between two parts.
     """
     from rich.text import Text

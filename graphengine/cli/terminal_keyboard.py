@@ -14,7 +14,7 @@ from typing import Any, Self
 from graphengine.format.errors import UsageError
 
 ENDS = ("\x03", "\x04")
-"""Keys that end the reading: Ctrl-C and Ctrl-D. If the terminal was closed, Ctrl-D is returned."""
+"""Keys that end the reading: Ctrl-C and Ctrl-D. A closed terminal counts as Ctrl-D."""
 
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
@@ -25,7 +25,7 @@ class TerminalKeyboard:
     """Reads keys from the terminal; as a context manager, it turns off echo and line buffering.
 
     Args:
-        signals: let Ctrl-C interrupt the program, instead of returning it as a key.
+        signals: whether Ctrl-C interrupts the program; otherwise it is returned as a key.
 
     Raises:
         UsageError: the standard input is not a terminal.
@@ -55,7 +55,7 @@ class TerminalKeyboard:
     def pressed(self, timeout: float) -> list[str]:
         """Return the keys pressed since the last call; if there are none, wait up to `timeout` s for one.
 
-        A key is its character, or `up`, `down`, `left` or `right` for an arrow. Other special keys are empty texts.
+        Each key is returned as its character, an arrow as `up`, `down`, `left` or `right`, another special key as an empty text.
         """
         ready, _, _ = select.select([self._file], [], [], timeout)
         if not ready:

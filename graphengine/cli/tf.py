@@ -8,12 +8,13 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, absolute_namespace, add_live_arguments, show
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.parser import add_verb
 from graphengine.cli.quantities import positive
 from graphengine.format.atomic_write import write_together
@@ -35,17 +36,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun tf tree` to its parser."""
     verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
     tree = add_verb(verbs, "tree", "print the frame tree with the broadcaster, rate and newest transform of each frame")
-    namespace = (
-        "namespace of tf and tf_static, such as dd100_0000 (default: the root namespace, or else the only one in use)"
-    )
-    tree.add_argument("--namespace", metavar="NAME", help=namespace)
+    namespace = "namespace of tf and tf_static, such as dd100_0000 (default: the root, else the only one in use)"
+    add_value(tree, "--namespace", "NAME", namespace)
     wait = f"time to listen to transforms (default {LISTENING:g})"
-    tree.add_argument("-t", "--wait-time", metavar="SECONDS", type=positive, default=LISTENING, help=wait)
-    output = (
-        "file to write: text (.txt), Graphviz source (.dot, .gv), or an image drawn by Graphviz (.png, .svg, .pdf);"
-    )
-    output += " default: print text"
-    tree.add_argument("-o", "--output", metavar="FILE", type=Path, help=output)
+    add_value(tree, "--wait-time", "SECONDS", wait, short="-t", type=positive, default=LISTENING)
+    output = "file to write: text (.txt), Graphviz source (.dot, .gv), or an image drawn by Graphviz (.png, .svg, "
+    output += ".pdf); default: print text"
+    add_value(tree, "--output", "FILE", output, short="-o", type=Path)
     add_flag(tree, "--strict", "exit with code 1 if there are warnings")
     add_live_arguments(tree)
 
@@ -60,9 +57,8 @@ def execute(arguments: argparse.Namespace) -> int:
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
-        namespace = (
-            _only_namespace(live.graph()) if arguments.namespace is None else absolute_namespace(arguments.namespace)
-        )
+        given = arguments.namespace
+        namespace = _only_namespace(live.graph()) if given is None else absolute_namespace(given)
         topics = [f"{namespace}/tf", f"{namespace}/tf_static"]
         print(f"listening to {' and '.join(topics)} for {arguments.wait_time:g} s", file=sys.stderr)
         _listen(live, topics, tree)
@@ -72,7 +68,8 @@ def execute(arguments: argparse.Namespace) -> int:
         live.transport.close()  # so that the tree grows no more
         if not tree.edges:
             silence = f"no transforms on {' and '.join(topics)} within {arguments.wait_time:g} s"
-            raise TransportError(f"{silence}\n{_elsewhere(graph)}")
+            there = [namespace or "/" for namespace in _namespaces(graph)]
+            raise TransportError(f"{silence}\n{listing(there, 'namespaces in which there are publishers')}")
         names = _names(graph, topics)
         _write(tree, names, arguments.output)
         faults = [*tree.faults(names), *_volatile(graph, topics[1])]
@@ -95,18 +92,15 @@ def _check_output(path: Path | None) -> None:
 def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
     from graphengine.messages import messages
 
-    def take(topic: str, static: bool) -> Callable[[bytes], None]:
-        def deliver(data: bytes) -> None:
-            # A transport that cannot tell who sent a message leaves all that write the topic.
-            source = live.transport.source or topic.encode()
-            with contextlib.suppress(messages.MessageError):
-                tree.add(messages.decode(data, TYPE), static, source)
-
-        return deliver
+    def take(topic: str, static: bool, data: bytes) -> None:
+        # A transport that cannot tell who sent a message leaves all that write the topic.
+        source = live.transport.source or topic.encode()
+        with contextlib.suppress(messages.MessageError):
+            tree.add(messages.decode(data, TYPE), static, source)
 
     moving, static = topics
-    live.transport.reader(moving, TYPE, QoS(depth=100, reliability="bestEffort"), take(moving, False))
-    live.transport.reader(static, TYPE, QoS(depth=100, durability="transientLocal"), take(static, True))
+    live.transport.reader(moving, TYPE, QoS(depth=100, reliability="bestEffort"), partial(take, moving, False))
+    live.transport.reader(static, TYPE, QoS(depth=100, durability="transientLocal"), partial(take, static, True))
 
 
 def _namespaces(graph: NetworkGraph) -> list[str]:
@@ -116,28 +110,22 @@ def _namespaces(graph: NetworkGraph) -> list[str]:
 
 
 def _only_namespace(graph: NetworkGraph) -> str:
-    """Return the namespace whose transforms to show: the root namespace (an empty text) if it has any, else the only one.
+    """Return the root namespace (an empty text) if it has transforms, else the only namespace with transforms.
 
     Raises:
-        TransportError: the root namespace has no transforms, but several others have.
+        TransportError: the root namespace has no transforms, but several other namespaces have.
     """
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
         return "" if "" in there else "".join(there)
-    raise TransportError(
-        f"transforms are published in several namespaces\n{listing(there, 'choose one with --namespace')}"
-    )
-
-
-def _elsewhere(graph: NetworkGraph) -> str:
-    """Return a hint for the user with the namespaces in which transforms are published."""
-    return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
+    advice = listing(there, "choose one with --namespace")
+    raise TransportError(f"transforms are published in several namespaces\n{advice}")
 
 
 def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
-    """Return node names by source of transforms: by the GID of a publisher, and by topic.
+    """Return a dict from sources of transforms to node names; a source is the GID of a publisher, or a topic.
 
-    A transport that does not report the publisher of a message gives the topic as the source; its name lists all publishers.
+    A topic is the source on transports that do not report the publisher of a message; its name lists all publishers.
     """
     names = {end.gid: end.full_node or "unknown" for end in graph.endpoints}
     writers = {topic: sorted({names[end.gid] for end in graph.publishers(topic)}) for topic in topics}
@@ -145,7 +133,7 @@ def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
 
 
 def _volatile(graph: NetworkGraph, topic: str) -> list[str]:
-    """Return a warning for each node that publishes `topic` with volatile durability; tf2 does not receive its messages."""
+    """Return a warning for each node that publishes `topic` with volatile durability, because tf2 misses its messages."""
     late = [end.full_node for end in graph.publishers(topic) if end.qos.durability == "volatile"]
     return [f"{node} publishes {topic} with durability volatile, so tf2 does not receive it" for node in late]
 
@@ -179,4 +167,4 @@ def _cells(row: Row, names: Mapping[bytes, str]) -> tuple[str, str, str, str]:
     edge = row.edge
     if edge is None:
         return str(row), "", "", ""
-    return str(row), broadcasters(edge, names), frequency(edge), f"{seconds(edge.newest)} s"
+    return str(row), broadcasters(edge.sources, names), frequency(edge), f"{seconds(edge.newest)} s"

@@ -6,20 +6,20 @@ import argparse
 import itertools
 import sys
 import time
-from typing import Literal
 
+from graphengine.cli.common import counted
 from graphengine.cli.live import POLL, Live, absolute, add_message_arguments, is_hidden, near_topic, show
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.qos_options import add_quality_arguments, quality, shouted
 from graphengine.cli.quantities import count, positive, seconds
 from graphengine.cli.subverbs import add_live_subverbs
 from graphengine.cli.topic_subscription import delay, delay_arguments, echo, echo_arguments, hz, hz_arguments
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.messages.qos import mismatch
-from graphengine.ros.network_graph import Endpoint, NetworkGraph
+from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph
 
 PATIENCE = 1.0
-"""Time between two lines that are printed while the verb waits for subscribers, s."""
+"""Time between two lines that the verb prints while it waits for subscribers, s."""
 HOW_TO_LEAVE = """the topic has too few subscribers yet; press Ctrl-C to end the wait
   next time, limit the wait with --max-wait-time-secs SECONDS, or publish without subscribers with -w 0"""
 
@@ -60,20 +60,16 @@ def _list(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _counts(graph: NetworkGraph, topics: list[str], direction: Literal["publish", "subscribe"]) -> str:
-    """Return lines with the type of each topic and its number of publishers, or subscribers; topics with 0 are left out."""
-    lines = ["Published topics:" if direction == "publish" else "Subscribed topics:"]
-    who = "publisher" if direction == "publish" else "subscriber"
-    for topic in topics:
-        ends = graph.publishers(topic) if direction == "publish" else graph.subscribers(topic)
-        if ends:
-            types = ", ".join(graph.types()[topic])
-            lines.append(f" * {topic} [{types}] {len(ends)} {who}{'s' if len(ends) > 1 else ''}")
-    return "\n".join([*lines, ""])
+def _counts(graph: NetworkGraph, topics: list[str], direction: Direction) -> str:
+    """Return lines with type and number of publishers, or of subscribers, of each topic that has any."""
+    title, who = {"publish": ("Published", "publisher"), "subscribe": ("Subscribed", "subscriber")}[direction]
+    types, numbers = graph.types(), {topic: len(graph.ends(topic, direction)) for topic in topics}
+    lines = [f" * {topic} [{', '.join(types[topic])}] {counted(n, who)}" for topic, n in numbers.items() if n]
+    return "\n".join([f"{title} topics:", *lines, ""])
 
 
 def _info_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
+    add_value(parser, "topic", "TOPIC", "topic, such as /chatter")
     what = "also print node, type, type hash, GID and quality of service of each publisher and subscriber"
     add_flag(parser, "--verbose", what, short="-v")
 
@@ -102,7 +98,7 @@ def _info(arguments: argparse.Namespace) -> int:
 
 
 def describe(end: Endpoint) -> str:
-    """Return all details of a publisher or subscriber as text; details that its peer does not announce are UNKNOWN."""
+    """Return all details of a publisher or subscriber as text; UNKNOWN stands for details that the peer does not announce."""
     qos = end.qos
     history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else shouted(qos.history)
     lines = [
@@ -129,34 +125,27 @@ def _time(seconds: float) -> str:
 
 
 def _pub_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /cmd_vel")
-    parser.add_argument("type", metavar="TYPE", help="message type, such as geometry_msgs/msg/Twist")
+    add_value(parser, "topic", "TOPIC", "topic, such as /cmd_vel")
+    add_value(parser, "type", "TYPE", "message type, such as geometry_msgs/msg/Twist")
     add_message_arguments(parser, "values", "message", "{linear: {x: 1.0}}")
-    parser.add_argument(
-        "-r", "--rate", metavar="HZ", type=positive, default=1.0, help="publishing rate, Hz (default 1)"
-    )
-    parser.add_argument(
-        "-p", "--print", metavar="N", type=count, default=1, help="print every N-th message, 0: none (default 1)"
-    )
+    add_value(parser, "--rate", "HZ", "publishing rate, Hz (default 1)", short="-r", type=positive, default=1.0)
+    printed = "print every N-th message, or none if N is 0 (default 1)"
+    add_value(parser, "--print", "N", printed, short="-p", type=count, default=1)
     number = parser.add_mutually_exclusive_group()
     add_flag(number, "--once", "publish one message", short="-1")
-    number.add_argument(
-        "-t", "--times", metavar="N", type=count, default=0, help="publish N messages (default: until Ctrl-C)"
-    )
+    add_value(number, "--times", "N", "publish N messages (default: until Ctrl-C)", short="-t", type=count, default=0)
     wait = "number of matching subscribers to wait for before publishing (default 1 with --once or --times, else 0)"
-    parser.add_argument("-w", "--wait-matching-subscriptions", metavar="N", type=count, help=wait)
+    add_value(parser, "--wait-matching-subscriptions", "N", wait, short="-w", type=count)
     longest = "maximum time to wait for subscribers (default: no limit)"
-    parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help=longest)
+    add_value(parser, "--max-wait-time-secs", "SECONDS", longest, type=positive)
     alive = "time to stay connected after the last message (default 0.1)"
-    parser.add_argument("--keep-alive", metavar="SECONDS", type=seconds, default=0.1, help=alive)
-    parser.add_argument(
-        "-n", "--node-name", metavar="NAME", help="name of the publishing node (default: a hidden name)"
-    )
+    add_value(parser, "--keep-alive", "SECONDS", alive, type=seconds, default=0.1)
+    add_value(parser, "--node-name", "NAME", "name of the publishing node (default: a hidden name)", short="-n")
     add_quality_arguments(parser, "default")
 
 
 def _pub(arguments: argparse.Namespace) -> int:
-    """Publish the given number of messages, or until Ctrl-C; return 0."""
+    """Publish the number of messages that the user gave, or publish until Ctrl-C; return 0."""
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import TypedValue, to_expression
     from graphengine.messages.messages import encode

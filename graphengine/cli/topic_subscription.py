@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
 from graphengine.cli.live import Live, absolute, show
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.qos_options import add_quality_arguments, quality_for
 from graphengine.cli.quantities import count, positive, size
 from graphengine.format.errors import TransportError, UsageError
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 TRUNCATED = 128
 """Default maximum number of elements of an array, and of characters of a string, to print."""
 WINDOW = 10_000
-"""Default size of the window: number of latest messages over which to average."""
+"""Default number of latest messages over which to average."""
 PATIENCE = 3.0
-"""Time without a first message after which the command says that it waits, s."""
+"""Time without a first message after which the verb prints that it still waits, s."""
 
 Filter = Callable[[Any], bool]
 
@@ -41,18 +41,14 @@ _ARRAY = frozenset(
 
 def echo_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `graphrun topic echo`."""
-    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
-    parser.add_argument("type", metavar="TYPE", nargs="?", help="message type (default: that of the publishers)")
+    add_value(parser, "topic", "TOPIC", "topic, such as /chatter")
+    add_value(parser, "type", "TYPE", "message type (default: that of the publishers)", nargs="?")
     add_flag(parser, "--once", "end after the first printed message")
-    parser.add_argument("--timeout", metavar="SECONDS", type=positive, help="end after this time (default: no limit)")
-    parser.add_argument(
-        "--field", metavar="PATH", help="print only this field of each message, such as pose.pose.position"
-    )
-    wanted = (
-        "print only messages for which this Python expression is true, such as 'm.data > 0'; m is the message, or with"
-    )
-    wanted += " --field the field"
-    parser.add_argument("--filter", metavar="EXPR", help=wanted)
+    add_value(parser, "--timeout", "SECONDS", "end after this time (default: no limit)", type=positive)
+    add_value(parser, "--field", "PATH", "print only this field of each message, such as pose.pose.position")
+    wanted = "print only messages for which this Python expression is true, such as 'm.data > 0'; m is the message, "
+    wanted += "or with --field the field"
+    add_value(parser, "--filter", "EXPR", wanted)
     add_flag(parser, "--csv", "print each message as one line of comma-separated values")
     add_flag(parser, "--raw", "print the serialized bytes of each message")
     add_flag(parser, "--flow-style", "print lists in brackets on one line")
@@ -60,7 +56,7 @@ def echo_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--no-str", "print the length of each string instead of its text")
     add_flag(parser, "--full-length", "print all elements of arrays and all characters of strings", short="-f")
     cut = f"maximum number of elements of an array, and of characters of a string, to print (default {TRUNCATED})"
-    parser.add_argument("-l", "--truncate-length", metavar="N", type=count, help=cut)
+    add_value(parser, "--truncate-length", "N", cut, short="-l", type=count)
     summary = (
         "summarize each scan, image and point cloud in a few lines: sizes, extents, and a sparkline or image; on a terminal,"
         " this is the default unless another option sets the format"
@@ -70,7 +66,7 @@ def echo_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def echo(arguments: argparse.Namespace) -> int:
-    """Print messages; return 0 after a message or Ctrl-C, 1 if `--timeout` passes before a message is printed."""
+    """Print messages; return 0 after a message or at Ctrl-C, 1 if `--timeout` passes without a message to print."""
     from graphengine.messages.message_input import full_type
 
     topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
@@ -91,10 +87,8 @@ def echo(arguments: argparse.Namespace) -> int:
                     return 0
         finally:
             if inbox.dropped:
-                print(
-                    f"WARNING: {inbox.dropped} messages were dropped because they arrived faster than they were printed",
-                    file=sys.stderr,
-                )
+                why = "because they arrived faster than they were printed"
+                print(f"WARNING: {inbox.dropped} messages were dropped {why}", file=sys.stderr)
         if not printed:
             print(f"no message to print arrived on {topic} within {arguments.timeout:g} s", file=sys.stderr)
             return 1
@@ -109,7 +103,7 @@ def _warn_of_other_definitions(publishers: list[Endpoint], message_type: str, kn
 
 
 def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
-    """Yield the serialized messages as they arrive; end after the timeout (s; None: never)."""
+    """Yield the serialized messages as they arrive, for `timeout` s; None stands for no limit."""
     end = None if timeout is None else time.monotonic() + timeout
     while (arrival := inbox.take(None if end is None else max(0.0, end - time.monotonic()))) is not None:
         yield arrival.data
@@ -157,17 +151,17 @@ def _summary(message: Any) -> str | None:
 
 def hz_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `graphrun topic hz`."""
-    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
+    add_value(parser, "topic", "TOPIC", "topic, such as /chatter")
     _add_window_argument(parser)
     wanted = "count only messages for which this Python expression is true, such as 'm.data > 0'; m is the message"
-    parser.add_argument("--filter", metavar="EXPR", help=wanted)
+    add_value(parser, "--filter", "EXPR", wanted)
     add_flag(parser, "--wall-time", "measure in wall time, even with --use-sim-time")
 
 
 def _add_window_argument(parser: argparse.ArgumentParser) -> None:
     """Add `--window`, the number of latest messages over which to average."""
     averaged = f"number of latest messages over which to average (default {WINDOW})"
-    parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=averaged)
+    add_value(parser, "--window", "N", averaged, short="-w", type=size, default=WINDOW)
 
 
 def hz(arguments: argparse.Namespace) -> int:
@@ -197,7 +191,7 @@ def hz(arguments: argparse.Namespace) -> int:
 
 def delay_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `graphrun topic delay`."""
-    parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header, such as /scan")
+    add_value(parser, "topic", "TOPIC", "topic whose messages have a header, such as /scan")
     _add_window_argument(parser)
 
 
@@ -209,9 +203,7 @@ def delay(arguments: argparse.Namespace) -> int:
     with Live(arguments) as live:
         message_type = live.type_of(topic, live.graph_with(topic))
         if "header" not in dict(live.definitions.fields(message_type)):
-            raise TransportError(
-                f"{topic}: the delay is unknown, because its type {message_type} has no header with a stamp"
-            )
+            raise TransportError(f"{topic}: the delay is unknown, because {message_type} has no header with a stamp")
         inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], live.clock(arguments), WINDOW)
         window: deque[int] = deque(maxlen=arguments.window)
         tell, fresh = time.monotonic() + 1.0, False
@@ -230,7 +222,7 @@ def delay(arguments: argparse.Namespace) -> int:
 
 
 class _MessageGuard(Guard):
-    """Lets expressions read the fields of messages, and the attributes and methods of arrays that `_ARRAY` lists."""
+    """Lets expressions read all fields of messages, and those attributes and methods of arrays that are in `_ARRAY`."""
 
     def attributes(self, value: Any) -> Collection[str]:
         if hasattr(value, "__msgtype__"):
@@ -239,9 +231,9 @@ class _MessageGuard(Guard):
 
 
 def make_filter(text: str | None) -> Filter:
-    """Return the function that applies the filter `text` to a message; without a text, every message passes.
+    """Return a function that evaluates a filter for a message; if `text` is None, the function always returns True.
 
-    The returned function raises UsageError if the expression fails for a message.
+    The function raises UsageError if the expression fails for a message.
 
     Raises:
         UsageError: the text is not a legal expression.

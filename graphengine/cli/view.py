@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.cli.options import add_value
 from graphengine.cli.quantities import seconds
 from graphengine.format import interrupts
 
@@ -21,19 +22,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun view` to its parser."""
     from graphengine.cli.common import add_access_arguments, add_page_arguments
 
-    parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
-    parser.add_argument(
-        "--html", metavar="FILE", type=Path, help="write the recording as one HTML file instead of serving a page"
-    )
+    add_value(parser, "recording", "FILE", "recording made by `graphrun run --record FILE`", type=Path)
+    add_value(parser, "--html", "FILE", "write the recording as one HTML file instead of serving a page", type=Path)
     at = "simulation time from the start of the recording, s, that the page shows first"
-    parser.add_argument("--at", metavar="SECONDS", type=seconds, default=0.0, help=at)
+    add_value(parser, "--at", "SECONDS", at, type=seconds, default=0.0)
     add_page_arguments(parser)
     add_access_arguments(parser)
     parser.set_defaults(against=None, set=[], seed=None, rays=None)  # a recording is shown with its own options
-    parser.epilog = (
-        "In the background, the run is replayed from its recorded inputs, and its output is compared with the recorded"
-        " output."
-    )
+    parser.epilog = "In the background, graphrun replays the run and compares its output with the recorded output."
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -46,59 +42,59 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.api.viewing import check_packages
     from graphengine.cli.common import check_suffix
     from graphengine.cli.recorded_run import start_recorded_run
+    from graphengine.recording.player import RecordingPlayer
 
     log = ReplayLog()
     if arguments.html is None:
         check_packages()
     else:
         check_suffix(arguments.html, ".html", ".htm")
+
+    def play(run: RecordedRun) -> int:
+        session, network = run.runner.session, run.runner.network
+        with contextlib.closing(RecordingPlayer(session, network, run.recording, log.marks, run.warn)) as player:
+            if arguments.html is None:
+                _view(arguments, run, player)
+            else:
+                _write_html(arguments.html, run, player, log)
+        return 0
+
     with interrupts.by_sigterm():  # so that the extracted files are removed
-        show = _view if arguments.html is None else _write_html
-        return start_recorded_run(arguments, lambda run: show(arguments, run, log), log.log)
+        return start_recorded_run(arguments, play, log.log)
 
 
-def _write_html(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog) -> int:
+def _write_html(path: Path, run: RecordedRun, player: RecordingPlayer, log: ReplayLog) -> None:
     from graphengine.api.recording_page import write_recording
     from graphengine.cli.common import clean
     from graphengine.cli.progress import progress
     from graphengine.format.files import near
-    from graphengine.recording.player import RecordingPlayer
 
-    session, network = run.runner.session, run.runner.network
-    with contextlib.closing(RecordingPlayer(session, network, run.recording, log.marks, run.warn)) as player:
-        with progress("replaying", lambda: run.recording.share_read, 1.0):
-            write_recording(player, log, arguments.html)
-        print(run.plain(_summary(player)), file=sys.stderr)
-    print(clean(f"{near(str(arguments.html))}: {arguments.html.stat().st_size / 1e6:.1f} MB"))
-    return 0
+    with progress("replaying", lambda: run.recording.share_read, 1.0):
+        write_recording(player, log, path)
+    print(run.plain(_summary(player)), file=sys.stderr)
+    print(clean(f"{near(str(path))}: {path.stat().st_size / 1e6:.1f} MB"))
 
 
-def _view(arguments: argparse.Namespace, run: RecordedRun, log: ReplayLog) -> int:
+def _view(arguments: argparse.Namespace, run: RecordedRun, player: RecordingPlayer) -> None:
     from graphengine.api.recording_view import Playback, open_recording_page, turn
-    from graphengine.recording.player import RecordingPlayer
 
     def tell(text: str) -> None:
         print(run.plain(text), file=sys.stderr, flush=True)
 
-    runner, told = run.runner, False
-    with contextlib.closing(
-        RecordingPlayer(runner.session, runner.network, run.recording, log.marks, run.warn)
-    ) as player:
-        playback = Playback(player)
-        playback.seek(round(arguments.at / runner.session.clock.delta))
-        with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
-            tell(f"see it: {feed.wait()}")
-            with contextlib.suppress(KeyboardInterrupt):
-                while True:
-                    turn(playback, feed)
-                    if player.complete and not told:
-                        told = True
-                        tell(_summary(player))
-    return 0
+    playback, told = Playback(player), False
+    playback.seek(round(arguments.at / run.runner.session.clock.delta))
+    with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
+        tell(f"see it: {feed.wait()}")
+        with contextlib.suppress(KeyboardInterrupt):
+            while True:
+                turn(playback, feed)
+                if player.complete and not told:
+                    told = True
+                    tell(_summary(player))
 
 
 def _summary(player: RecordingPlayer) -> str:
-    """Return a text for the user: the result of comparing replay and recording, and the error that ended the run, if any."""
+    """Return a text for the user with the result of the comparison, and the error, if any, that ended the recorded run."""
     from graphengine.cli.replay import verdict
 
     found = player.difference
@@ -106,7 +102,6 @@ def _summary(player: RecordingPlayer) -> str:
     if player.failure:
         lines.append(f"ends with: {player.failure}")
     elif player.recording.cut_off:
-        lines.append(
-            f"the run was cut off: the recording ends at t = {player.recording.times.seconds(player.built):.3f} s"
-        )
+        end = player.recording.times.seconds(player.built)
+        lines.append(f"the run was cut off: the recording ends at t = {end:.3f} s")
     return "\n".join(lines)

@@ -32,7 +32,7 @@ class Budget:
         """Set the position for findings.
 
         Args:
-            span: node that uses the subgraph which is being expanded.
+            span: position of the node whose subgraph is being expanded.
             via: positions of the subgraph uses around that node, from the outermost inwards, each with a note.
         """
         self.span, self.via = span, via
@@ -48,7 +48,7 @@ class Budget:
             self._refuse(f"more than {MAX_VALUES} values in one graph, counting each subgraph at every use")
 
     def take_parts(self, spec: GraphSpec) -> None:
-        """Add the nodes, wires, variables and subgraph uses of a file to the count.
+        """Count the nodes, wires, variables and subgraph uses of a file.
 
         Raises:
             OverBudgetError: the graph has more than `MAX_PARTS` parts.
@@ -60,7 +60,7 @@ class Budget:
         self._check_parts()
 
     def take_wire(self) -> None:
-        """Add a wire to a further inner port of a subgraph's input to the count.
+        """Count one more wire, for each inner port but the first to which an input of a subgraph leads.
 
         Raises:
             OverBudgetError: the graph has more than `MAX_PARTS` parts.
@@ -71,7 +71,7 @@ class Budget:
     def _check_parts(self) -> None:
         if sum(self.parts.values()) > MAX_PARTS:
             counted = ", ".join(f"{count} {kind}" for kind, count in self.parts.items() if count)
-            self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} so far")
+            self._refuse(f"more than {MAX_PARTS} nodes, wires, variables and uses of subgraphs in one graph: {counted}")
 
     def _refuse(self, message: str) -> None:
         advice = "split it into several graphs, or use fewer subgraphs"

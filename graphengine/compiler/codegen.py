@@ -45,8 +45,8 @@ def _write_source(plan: Plan) -> GeneratedSource:
     """Return the source of all functions of a plan.
 
     The functions are `constants`, `pass_`, one for each ending that the graph has (`at_stop`, `at_close`), `r1`, `r2`, … for
-    the regions below loops and sequences, and `d1`, `d2`, … for the data nodes that several places compute. `refresh` computes
-    one of these data nodes and the stale ones on which it depends.
+    the regions below loops and sequences, and `d1`, `d2`, … for shared data nodes. `refresh` computes a shared data node, after
+    the stale data nodes on which it depends.
     """
     source = GeneratedSource(f"<graph: {plan.path} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
@@ -61,7 +61,7 @@ def _write_source(plan: Plan) -> GeneratedSource:
 def _write_constants(plan: Plan, source: GeneratedSource) -> None:
     source.add(["", "def constants():"])
     for refresh in plan.constants:
-        source.add([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node, 1)
+        source.add(_compute_data(refresh), refresh.node, 1)
     for copy in plan.constant_copies:
         source.add(_copy(copy), copy.target, 1)
     if not plan.constants and not plan.constant_copies:
@@ -69,7 +69,7 @@ def _write_constants(plan: Plan, source: GeneratedSource) -> None:
 
 
 def _write_shared(plan: Plan, source: GeneratedSource) -> None:
-    """Write one function for each data node that several places compute; none of them calls another, however long the chain."""
+    """Write one function for each shared data node. The functions do not call each other, so chains may have any length."""
     shared = [refresh for refresh in plan.data.values() if refresh.shared]
     for refresh in shared:
         index = refresh.node
@@ -89,7 +89,7 @@ def _reads_shared(plan: Plan, refresh: Refresh) -> bool:
 
 
 def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
-    """Write the function of a region. A region with many calls has a function for each part, which its own calls in order."""
+    """Write the function of a region. With more than `MAX_CALLS` calls, it calls one function for each `MAX_CALLS` calls."""
     name = "pass_" if region.index == 0 else region.ending or f"r{region.index}"
     parts = [region.calls[first : first + MAX_CALLS] for first in range(0, len(region.calls), MAX_CALLS)]
     bodies = [_calls(plan, calls) for calls in parts]
@@ -210,9 +210,9 @@ def _copy(copy: Copy) -> list[str]:
 
 
 def _copies(copies: Iterable[Copy]) -> list[str]:
-    """Return lines that copy values into a node; if an input that its setup reads changed, they also call `setup_again`.
+    """Return lines that copy values into a node.
 
-    They also call `setup_again` if the last setup of the node failed.
+    The lines also call `setup_again` if a value that the node reads in `setup` has changed, or if the node's last setup failed.
     """
     copies = list(copies)
     lines = [line for copy in copies for line in _copy(copy)]
@@ -244,9 +244,9 @@ def _fire(fire: FireEffect) -> list[str]:
 
 
 def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
-    """Return lines that have the effects of an execution output if its bit is set in `p`, the result of `compute`.
+    """Return lines that apply the effects of an execution output if the output's bit is set in `p`, the result of `compute`.
 
-    With `many` false, the node has no other output, and `p` need not be masked.
+    If `many` is false, the node has no other output, and the lines do not mask `p`.
     """
     lines = [line for fire in branch.fires for line in _fire(fire)]
     if branch.region >= 0:
@@ -255,12 +255,12 @@ def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
 
 
 def _compute(plan: Plan, call: Call, fired: dict[str, str]) -> list[str]:
-    """Return lines that call `compute` of a node and fire the execution outputs that it returns.
+    """Return lines that call `compute` of a node and fire the returned execution outputs.
 
     Args:
         plan: plan that contains the call.
         call: call for which to generate code.
-        fired: for the field of each execution input, a Python expression for its number of firings; an empty text if none.
+        fired: a dict from the field of each execution input to a Python expression for the number of firings; empty if none.
     """
     node = call.node
     before = [*_copies(call.copies), *_tell_pins(call, fired)]
@@ -287,7 +287,10 @@ def _compute(plan: Plan, call: Call, fired: dict[str, str]) -> list[str]:
 
 
 def _marks(plan: Plan, call: Call) -> list[str]:
-    """Return lines that mark data nodes as stale; of many, they name those from which `mark_stale` reaches the others."""
+    """Return lines that mark data nodes as stale.
+
+    For more than `MAX_MARKS` data nodes, the lines call `mark_stale` for each data node that reads none of the others.
+    """
     if len(call.marks) <= MAX_MARKS:
         return [f"s{data} = 1" for data in call.marks]
     reached = set[int]().union(*(plan.flagged_readers[data] for data in call.marks))
@@ -295,18 +298,15 @@ def _marks(plan: Plan, call: Call) -> list[str]:
 
 
 def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
-    """Return lines that write the number of firings to each execution input of the node; to a pending pin, they add it.
+    """Return lines that write the number of firings to each execution input of the node, or add the number to a pending pin.
 
     Args:
         call: call of the node.
         fired: as in `_compute`.
     """
-    lines = []
-    for pin in call.pins:
-        count = fired.get(pin.field, "")
-        if count or not pin.pending:
-            lines.append(f"n{call.node}.{pin.field} {'+=' if pin.pending else '='} {count or 0}")
-    return lines
+    counts = [(pin, fired.get(pin.field, "")) for pin in call.pins]
+    written = [(pin, count) for pin, count in counts if count or not pin.pending]
+    return [f"n{call.node}.{pin.field} {'+=' if pin.pending else '='} {count or 0}" for pin, count in written]
 
 
 def _attempt(lines: list[str], node: int, follow: Sequence[str] = (), otherwise: Sequence[str] = ()) -> list[str]:
@@ -320,15 +320,14 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 
 def _bounded(node: Node) -> Callable[[], Iterator[int]]:
-    """Return `compute` of a loop or sequence node, wrapped so that it raises RuntimeError after `max_pushes` yields."""
+    """Return a function that acts as `compute` of a loop or sequence node, but raises RuntimeError after `max_pushes` yields."""
     compute, limit = node.compute, type(node).max_pushes
 
     def pushes() -> Iterator[int]:
         for count, port in enumerate(compute()):
             if count >= limit:
-                raise RuntimeError(
-                    f"the node did not end within {limit} iterations; to allow more, set `max_pushes` in the node's class"
-                )
+                advice = "to allow more, set `max_pushes` in the node's class"
+                raise RuntimeError(f"the node did not end within {limit} iterations; {advice}")
             yield port
 
     return pushes

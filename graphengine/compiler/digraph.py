@@ -19,7 +19,7 @@ def reached(starts: Iterable[int], onwards: Callable[[int], Iterable[int]]) -> d
 
     Args:
         starts: nodes from which the search starts, in this order.
-        onwards: function that returns the nodes to which a node leads, in the order in which they are searched.
+        onwards: function that returns the nodes to which a node leads; they are searched in this order.
     """
     found: dict[int, None] = {}
     pending = list(starts)[::-1]
@@ -67,12 +67,7 @@ class Digraph:
 
     def descendants(self, start: int) -> set[int]:
         """Return all nodes that can be reached from `start`, without `start` itself."""
-        found, pending = {start}, [start]
-        while pending:
-            new = self.successors[pending.pop()].keys() - found
-            found |= new
-            pending += new
-        return found - {start}
+        return set(reached([start], self.successors.__getitem__)) - {start}
 
     def has_path(self, source: int, target: int) -> bool:
         """Return whether `target` can be reached from `source`; true if both are the same node."""
@@ -101,7 +96,7 @@ class Digraph:
         return order
 
     def components(self) -> list[set[int]]:
-        """Return the strongly connected components; a node outside all cycles is a component of its own."""
+        """Return the strongly connected components; each node outside all cycles forms a component alone."""
         order = self.sort()
         if len(order) == len(self.successors):
             return [{node} for node in order]

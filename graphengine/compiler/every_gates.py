@@ -47,7 +47,7 @@ class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=Tr
     executions: int = State(default=0)
 
     def compute(self) -> Fire:
-        """Count the execution; fire at every `ticks`-th."""
+        """Count the execution; fire at every `ticks`-th execution."""
         self.executions += 1
         return self.exec_out if self.executions % self.ticks == 0 else None
 
@@ -158,9 +158,9 @@ def rate(graph: Graph, index: int, passes: float) -> float | None:
 
 
 def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
-    """Return the names of the gates that a node needs, by node index and field of the gated port.
+    """Return a dict from (node index, field) of each port of a node that needs a gate to the name of the gate.
 
-    The result is empty for a node without `every`, and after an error, which is added to `findings`.
+    The dict is empty for a node without `every`, and after an error, which is added to `findings`.
     """
     entry = instance.entry
     if entry.spec.every is None:
@@ -171,14 +171,8 @@ def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tu
         remedy = "write `every` at the node that reads it"
         if execution:
             what, remedy = "in a push graph, every node is computed in every pass", "use `evaluator: execution`"
-        span = entry.key_span("every")
-        findings.add(
-            "G109",
-            f"{instance.id}: `every` cannot be used here: {what}",
-            span,
-            remedy,
-            related=entry.via,
-        )
+        message = f"{instance.id}: `every` cannot be used here: {what}"
+        findings.add("G109", message, entry.key_span("every"), remedy, related=entry.via)
         return {}
     inputs = [port for port in execution if port.side == "inputs" and not port.control]
     gated = inputs or [port for port in execution if port.side == "outputs"]
@@ -205,7 +199,7 @@ def _make_gate(graph: Graph, pin: tuple[int, str], name: str) -> Instance:
 
 
 def _link(graph: Graph, source: tuple[int, str], target: tuple[int, str]) -> Wire:
-    """Return a wire between a gate and the execution port that it gates; its file position is that of `every`."""
+    """Return a wire between a gate and the execution port behind it; the file position of the wire is that of `every`."""
     one, other = graph.instances[source[0]], graph.instances[target[0]]
     gate = one.entry if one.part_of else other.entry
     span = gate.key_span()

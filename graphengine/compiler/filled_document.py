@@ -47,7 +47,7 @@ class Use:
         return self.file.span(*self.location, name, *rest)
 
     def key_span(self, name: str) -> Span:
-        """Return the position of a parameter's name in `file`, where the value is set."""
+        """Return the position of a parameter's name in `file`, which sets the value."""
         return self.file.key_span(*self.location, name)
 
 

@@ -31,9 +31,9 @@ class Instance:
     literals: dict[str, Any] = field(default_factory=dict)
     """Values of inputs that the file or the command line sets, by field."""
     refused: set[str] = field(default_factory=set)
-    """Fields of inputs for which an error was already reported, so that no second error reports a missing value."""
+    """Fields of inputs with a reported error; a missing value of these inputs is not reported."""
     misnamed: Span | None = None
-    """Position in the file of an input name that the node type does not have and that is similar to none of its inputs."""
+    """Position in the file of an unknown input name that resembles no input of the node type; None without such a name."""
     settled: dict[str, PortType] = field(default_factory=dict)
     """Resolved types of the union and `any` ports, by field."""
     reads: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ class Instance:
     def note_misnamed(self, name: str, at: Span) -> None:
         """Record that the file has a value or wire for an input `name` that does not exist.
 
-        No second error reports that the inputs with similar names have no value.
+        Inputs with similar names are then not reported as missing.
         """
         inputs = {port.name: port.field for port in self.cls.fields.values() if port.side == "inputs"}
         meant = [inputs[near] for near in similar(name, inputs)]
@@ -145,7 +145,7 @@ class Graph:
     """Default values of the graph's variables, by name in the flat graph."""
     variable_types: dict[str, PortType] = field(default_factory=dict)
     left_open: dict[str, None] = field(default_factory=dict)
-    """Inputs that still need a value or type, as `Node.port`; a graph that uses this graph as a subgraph must give it."""
+    """Inputs that need a value or type from the graph that uses this graph as a subgraph, each as `Node.port`."""
     plan: Plan = field(init=False)
     """Plan of the execution; the planner sets it, except for a graph with a cycle."""
 
@@ -196,7 +196,7 @@ def _key(key: str, variables: Mapping[str, str]) -> str:
 
 
 def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
-    """Return the variables that a node can use, by the name that the node uses for them.
+    """Return a dict from names, as a node uses them, to the variables that the node can use.
 
     A variable of the node's own subgraph hides a variable of the same name in the graph around the subgraph.
 

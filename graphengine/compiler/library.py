@@ -79,9 +79,8 @@ class GraphLibrary:
         if key not in self._filled:
             before = len(findings.items)
             filled = fill(document, bindings, findings, use, budget)
-            if len(findings.items) > before:  # errors are reported at the place of each use
-                return filled
-            self._filled[key] = filled
+            if len(findings.items) == before:  # otherwise each use reports the errors
+                self._filled[key] = filled
             return filled
         known = self._filled[key]
         return Loaded(known.spec, FilledDocument(document, bindings.keys(), use)) if known is not None else None

@@ -40,7 +40,7 @@ class LintContext:
 
         Args:
             code: code of the finding.
-            message: text that says what is wrong.
+            message: text of the finding.
             claim: claim whose node gives the finding its position.
             other: claim that contradicts it; the finding also shows the position of this claim's node.
             remedy: help line.
@@ -55,11 +55,8 @@ class LintContext:
 
     def instance(self, prim_path: str) -> Instance | None:
         """Return the instance of the node at a prim path; None if none of the graphs has it."""
-        for graph in self.graphs:
-            for instance in graph.instances:
-                if f"{graph.prim_path}/{instance.id}" == prim_path:
-                    return instance
-        return None
+        instances = ((graph, instance) for graph in self.graphs for instance in graph.instances)
+        return next((one for graph, one in instances if f"{graph.prim_path}/{one.id}" == prim_path), None)
 
 
 LintFunction = Callable[["LintContext"], None]

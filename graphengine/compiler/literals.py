@@ -29,7 +29,7 @@ class Override:
     value: Any
     used: bool = False
     wired: str = ""
-    """Address of a matching input that has a wire, so that it cannot be set; empty if there is none."""
+    """Address of a matching input that cannot be set because of its wire; empty without such an input."""
 
     @staticmethod
     def parse(text: str, value: Any) -> Override:
@@ -41,10 +41,6 @@ class Override:
     def parse_all(values: Mapping[str, Any]) -> list[Override]:
         """Return the overrides for a mapping from ports, in the forms that `parse` accepts, to values."""
         return [Override.parse(text, value) for text, value in values.items()]
-
-    def matches(self, path: str) -> bool:
-        """Return whether the override applies to the node with a path such as `robot/graph/Node`."""
-        return ends_with(path, self.target)
 
 
 def ends_with(path: str, pattern: str) -> bool:
@@ -72,7 +68,7 @@ def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("
 def set_literals(graph: Graph, findings: Findings, *, recorded: bool = False) -> None:
     """Set the inputs of all instances to the values in the graph file; wrong names and values are added to `findings`.
 
-    With `recorded`, for the files of a recording, values out of range are set too, with a warning.
+    With `recorded`, i.e. for files of a recording, values out of range are also set, with a warning.
     """
     for instance in graph.instances:
         entry, cls = instance.entry, instance.cls
@@ -111,7 +107,7 @@ def _set_literal(
         instance: node that has the input.
         port: the input.
         value: value as in a graph file; for a union or `any` port, also a mapping with the keys `type` and `value`.
-        at: function that returns the position of the value; with keys or indices as arguments, of the element there.
+        at: function that returns the position of the value, or of the element at the keys or indices in its arguments.
         findings: receives the errors.
         given_by: help line that says where the value comes from; empty if it comes from the file.
         recorded: whether the value comes from a recording; then a value out of range is set too, with a warning.
@@ -160,7 +156,7 @@ def _unit(port: Port) -> str:
 
 
 def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
-    """Return the index of the first list element that an array type does not accept; None if all fit or it is no array type."""
+    """Return the index of the first list element that an array type refuses; None if all fit, or if the type is no array."""
     if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
         return None
     return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)
@@ -199,7 +195,7 @@ def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
 
 
 def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
-    """Return a message that says why no alternative of a union accepts a value, and what to write instead."""
+    """Return a message with the reason why no alternative of a union accepts a value, and the legal form."""
     how = "write {type: …, value: …}"
     if not alternatives:
         return f"its type is not clear; {how}"
@@ -276,7 +272,7 @@ def set_overrides(
     for override in overrides:
         for instance in instances:
             path = f"{graph.name}/{instance.id}"
-            if not override.matches(path):
+            if not ends_with(path, override.target):
                 continue
             port = find_port(instance.cls, override.port, ["inputs"])
             if port is not None and not port.is_exec:

@@ -1,4 +1,4 @@
-"""The plan of a graph as plain data: which nodes run in which order, under which conditions, and which values are copied.
+"""The plan of a graph as plain data: the order and conditions in which nodes run, and the copies of values.
 
 A **pusher** is a node such as a loop or a sequence: each time it fires an output port, all nodes below this port run before it
 continues. A **region** is a set of nodes that execution reaches from a common start without crossing a port of a pusher. The
@@ -31,7 +31,7 @@ class Copy:
     target_field: str
     converter: str = ""
     setup: bool = False
-    """Whether the target node reads the port in `setup`, so that it is set up again when the value changes."""
+    """Whether the target node reads the port in `setup`; if so, a change of the value sets the node up again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,9 @@ class Refresh:
     if_stale: bool = False
     flagged: bool = False
     repeated: bool = False
-    """Whether the data node depends on outputs of its reader, so that it is computed before each activation of the reader."""
+    """Whether the data node depends on outputs of its reader; if so, it is computed before each activation of the reader."""
     shared: bool = False
-    """Whether several places compute the data node, so that it has a function, which also computes what it reads."""
+    """Whether several nodes need the data node. A generated function then computes it, after the stale data nodes upstream."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +97,9 @@ class Call:
     marks: tuple[int, ...]
     """Data nodes that become stale when this node is computed."""
     pins: tuple[Pin, ...]
-    """Execution inputs whose number of firings is written to the node; empty if that number is always the same."""
+    """Execution inputs whose number of firings is written to the node; empty if the number is always the same."""
     activations: tuple[Pin, ...] = ()
-    """For a node that runs once for each firing: one pin for each incoming wire, in the order in which the wires are served."""
+    """For a node that runs once for each firing: one pin for each incoming wire, in the order of serving."""
     rereads: tuple[Refresh, ...] | None = None
     """For a pusher whose inputs are updated after each yield: the data nodes to compute then; None for other nodes."""
 
@@ -137,7 +137,7 @@ class Plan:
     gates: Mapping[int, tuple[int, ...]]
     """For each node whose execution depends only on `every` gates: these gates; empty for a node that runs in every pass."""
     data: Mapping[int, Refresh] = field(default_factory=dict)
-    """The data nodes that are computed in passes, by index, each after those that it reads."""
+    """The data nodes that are computed in passes, by index; each node follows the data nodes that it reads."""
     flagged: tuple[int, ...] = ()
     """Data nodes for which a flag at run time says whether they are stale."""
     latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)

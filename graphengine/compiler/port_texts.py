@@ -10,12 +10,10 @@ from graphengine.node.types import PortType, UnionType
 
 
 def brief(port_type: PortType | UnionType) -> str:
-    """Return the name of a type for error messages. Of a union of more than 24 types, it lists eight and counts the others."""
+    """Return the name of a type for error messages: of a union of more than 24 types, eight and the number of the others."""
     if isinstance(port_type, UnionType) and len(port_type.alternatives) > 24:
-        first = port_type.alternatives[:8]
-        return (
-            f"{UnionType(first)} | … ({len(port_type.alternatives) - len(first)} more: `graphrun nodes --format json`)"
-        )
+        first, others = port_type.alternatives[:8], port_type.alternatives[8:]
+        return f"{UnionType(first)} | … ({len(others)} more: `graphrun nodes --format json`)"
     return str(port_type)
 
 

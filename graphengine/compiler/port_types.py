@@ -20,7 +20,7 @@ _TUPLES = ("double", "float", "half", "int")
 _SCALARS = (*_TUPLES, "bool", "int64", "uchar", "uint", "uint64")
 """Base types for which a node such as ToBool converts numbers."""
 _BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
-"""Node type that converts between two string types, by source type and target type."""
+"""For two string types: the node type that converts from the first to the second."""
 
 
 def settle_types(graph: Graph, findings: Findings) -> None:
@@ -111,10 +111,10 @@ def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings
 
 
 def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
-    """Propagate port types through nodes and along wires; return the errors of nodes whose `resolve_types` failed, by index.
+    """Propagate port types through nodes and along wires; return a dict from indices of nodes to errors of their `resolve_types`.
 
-    Each round visits the nodes that the previous round changed. When no node changes any more, types go backwards: the first wire
-    whose output has no type gives it the type of the input at its other end, and the rounds continue.
+    Each round visits the nodes that the previous round changed. When no node changes any more, types go backwards: the output of
+    the first wire without a type gets the type of the input at the wire's end, and the rounds continue.
     """
     refused: dict[int, ValueError | ContextError] = {}
     instances, wires = graph.instances, graph.data_wires
@@ -159,7 +159,7 @@ def _settle_node(graph: Graph, instance: Instance, refused: dict[int, ValueError
     if instance.index in refused or instance.cls.resolve_types is Node.resolve_types:
         return changed
     try:
-        return _settle_what_follows(instance, visible(instance.id, graph.variable_types)) or changed
+        return _settle_derived(instance, visible(instance.id, graph.variable_types)) or changed
     except (ValueError, ContextError) as error:
         refused[instance.index] = error
         return changed
@@ -229,7 +229,7 @@ def _choose(instance: Instance, port: Port, other: PortType | None, *, widening:
         instance: node that has the port.
         port: port to resolve; ports of other types and resolved ports stay as they are.
         other: type at the other end of the wire; None if it is unknown.
-        widening: whether an alternative fits to which `other` can be converted; otherwise only an equal type fits.
+        widening: whether an alternative also fits if `other` can be converted to it; otherwise only an equal type fits.
     """
     if other is None or other == types.ANY or not isinstance(port.type, UnionType) or port.field in instance.settled:
         return False
@@ -243,7 +243,7 @@ def _choose(instance: Instance, port: Port, other: PortType | None, *, widening:
     return True
 
 
-def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) -> bool:
+def _settle_derived(instance: Instance, variables: Mapping[str, PortType]) -> bool:
     """Set the port types that `resolve_types` of the node class derives from known types; return whether a type changed.
 
     Raises:
@@ -279,7 +279,7 @@ def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
-    """Return the alternative of the port `other` that corresponds to the resolved type of `port`, which is coupled with it.
+    """Return the alternative of the port `other` that corresponds to the resolved type of the coupled port `port`.
 
     Args:
         settled: resolved type of `port`.

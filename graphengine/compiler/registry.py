@@ -1,4 +1,4 @@
-"""Finds node types by registered name, short name, or a name that they had before Isaac Sim 4.5.
+"""Finds node types by registered name, by short name, or by their name before Isaac Sim 4.5.
 
 Graph files cannot import Python modules: types come from the package `graphengine.nodes`, from entry points of the group
 `graphengine.nodes`, and from modules that the user imports with `--import`.
@@ -117,9 +117,8 @@ class Registry:
         Raises:
             GraphError: a name is already taken by another class.
         """
-        names = sorted(
-            info.name for info in pkgutil.walk_packages(getattr(module, "__path__", []), module.__name__ + ".")
-        )
+        inner = pkgutil.walk_packages(getattr(module, "__path__", []), module.__name__ + ".")
+        names = sorted(info.name for info in inner)
         classes = [cls for member in [module, *map(importlib.import_module, names)] for cls in _classes(member)]
         for cls in classes:
             self._refuse_clash(cls, owner)
@@ -176,14 +175,14 @@ def short_names(type_name: str) -> list[str]:
 
 
 def _classes(module: ModuleType) -> list[type[Node]]:
-    """Return the node types that a module itself defines, without those that it imports."""
+    """Return the node types that a module defines, without imported node types."""
     classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Node)]
     return list(dict.fromkeys(cls for cls in classes if cls.type_name and cls.__module__ == module.__name__))
 
 
 @functools.cache
 def default_registry() -> Registry:
-    """Return the registry of the built-in node types and those of installed plugins, always the same object.
+    """Return the registry of the node types of graphengine and of installed plugins, always the same object.
 
     `broken` lists the plugins that cannot be imported.
     """

@@ -20,7 +20,7 @@ from graphengine.node.port import Port
 from graphengine.node.types import UnionType
 
 _BEGINS = ("outputs", "state", "inputs")
-"""Sides on which the port where a wire begins is looked up, in this order."""
+"""Sides on which the first port of a wire is looked up, in this order."""
 _ENDS = ("inputs", "state")
 
 

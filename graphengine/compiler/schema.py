@@ -70,17 +70,15 @@ def _inputs_of(cls: type[Node]) -> dict[str, Any]:
 
 
 def _port(port: Port) -> dict[str, Any]:
-    facts = [
-        f"{port.doc}." if port.doc else "",
-        f"Unit: {port.unit}." if port.unit else "",
-        f"Type: {brief(port.type)}.",
-    ]
+    facts = [f"{port.doc}."] if port.doc else []
+    facts += [f"Unit: {port.unit}."] if port.unit else []
+    facts += [f"Type: {brief(port.type)}."]
     value = _value(port.type) if isinstance(port.type, PortType) else {}
     bounds = {"minimum": port.ge, "exclusiveMinimum": port.gt, "maximum": port.le, "exclusiveMaximum": port.lt}
     value.get("items", value).update({key: bound for key, bound in bounds.items() if bound is not None})
     if port.tokens:
         value = {"enum": list(port.tokens)}
-    return {"description": " ".join(fact for fact in facts if fact), **_or_parameter(value)}
+    return {"description": " ".join(facts), **_or_parameter(value)}
 
 
 def _or_parameter(value: dict[str, Any]) -> dict[str, Any]:

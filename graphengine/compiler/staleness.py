@@ -1,7 +1,7 @@
 """Functions that the generated code calls to find stale data nodes at run time, in long chains too.
 
-A data node is stale wherever a data node that it reads is stale. So both searches end at the first node whose flag is as it
-should be, and a pass costs as much as the nodes that change.
+A data node is stale if a data node that it reads is stale. So both searches end at nodes whose flags are already right, and
+the time of a pass is proportional to the number of nodes that change.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from graphengine.compiler.plan import Plan
 
 
 def stale_upstream(plan: Plan, flags: Mapping[str, Any]) -> Callable[[int], list[int]]:
-    """Return a function that returns a stale shared data node and the stale data nodes on which it depends, in order.
+    """Return a function from a stale shared data node to this node and the stale data nodes on which it depends, in order.
 
     Args:
         plan: plan of the nodes.

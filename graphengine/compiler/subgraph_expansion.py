@@ -121,7 +121,7 @@ class FlatGraph:
     unopened: list[str] = field(default_factory=list)
     """Ids of the nodes whose subgraph file has an error or cannot be found; wires to them cause no further errors."""
     unread: int = 0
-    """Number of connections that are malformed, or that name a port which the subgraph does not have."""
+    """Number of connections that are malformed or that name an unknown port of a subgraph."""
     declared: list[tuple[Side, WireEnd]] = field(default_factory=list)
     """Ports that the file declares for its use as a subgraph, as side and inner port; empty if another file uses the graph."""
 
@@ -132,11 +132,7 @@ class FlatGraph:
 
 
 def load_graph(
-    path: Path,
-    bindings: Mapping[str, Any],
-    library: GraphLibrary,
-    findings: Findings,
-    use: Use | None = None,
+    path: Path, bindings: Mapping[str, Any], library: GraphLibrary, findings: Findings, use: Use | None = None
 ) -> FlatGraph | None:
     """Read a graph file, replace its parameters and expand its subgraphs.
 
@@ -236,7 +232,7 @@ class _Expansion:
     def find_declared(
         self, loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph]
     ) -> Iterator[tuple[Side, WireEnd]]:
-        """Yield each port that a file declares for its use as a subgraph, as its side and the inner port that it exposes."""
+        """Yield side and inner port of each port that a file declares for its use as a subgraph."""
         sides: tuple[Side, ...] = ("inputs", "outputs")
         for side in sides:
             for port in _declared_ports(loaded, side):
@@ -275,7 +271,7 @@ class _Expansion:
         return _Subgraph(inner, self.add(inner, f"{entry.id}/", via, (*stack, resolved), handed_on))
 
     def _hand_on(self, entry: NodeEntry, inner: Loaded[GraphSpec]) -> _GivenByNode:
-        """Return the values that the use of a subgraph sets for its inputs, by name of the inner node and of its port.
+        """Return the values that the use of a subgraph sets for its inputs, as `given` of `add` for the subgraph's file.
 
         Args:
             entry: node that uses the subgraph.
@@ -311,7 +307,7 @@ class _Expansion:
         return self._read_ends(parts, legal)
 
     def _read_ends(self, texts: Iterable[tuple[str, Span]], legal: str = "") -> list[WireEnd]:
-        """Parse ends of wires, `Node.port` or `Node.side:port`; return none if a text has neither form, and add a finding.
+        """Parse ends of wires, `Node.port` or `Node.side:port`. If a text has neither form, add a finding and return no ends.
 
         Args:
             texts: texts of the ends, with their positions.
@@ -345,7 +341,7 @@ class _Expansion:
         return self._read_ends((text, inner.document.span(side, port, number)) for number, text in texts)
 
     def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> Iterator[WireEnd]:
-        """Follow one end of a wire into nested subgraphs; yield the ports of nodes that are no subgraphs, none after an error.
+        """Follow one end of a wire into nested subgraphs; yield the ports of ordinary nodes there. Yield none after an error.
 
         Args:
             end: end of the wire, in a graph.
@@ -374,7 +370,7 @@ def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
 
 
 def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, tuple[str, ...]]:
-    """Return the ports that a file declares on one side for its use as a subgraph: inner ports such as `Node.port`, by name."""
+    """Return a dict from names of the ports that a file declares on one side to their inner ports, such as `Node.port`."""
     return loaded.spec.inputs if side == "inputs" else {name: (port,) for name, port in loaded.spec.outputs.items()}
 
 

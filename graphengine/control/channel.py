@@ -1,9 +1,9 @@
 """Listens on a socket through which other programs of the same user send commands to a session.
 
 Each request is one line of JSON, such as `{"command": "push", "arguments": {...}}`. Each response is one line of JSON, either
-`{"result": ...}` or `{"error": "reason"}`. A connection can carry any number of requests, one after the other; after an invalid
-request, it is closed. If a client connects while there are `MAX_CLIENTS` clients, the client that has been idle for the longest
-time gets an error with the reason and is disconnected.
+`{"result": ...}` or `{"error": "reason"}`. A connection can carry any number of requests, one after the other; an invalid request
+closes the connection. If a client connects while there are `MAX_CLIENTS` clients, the client that has been idle longest gets an
+error with the reason, and is disconnected.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ class Channel:
         self._queue = queue
         self._clients: dict[threading.Thread, socket.socket] = {}
         self._idle: dict[threading.Thread, None] = {}
-        """Clients without a request in progress, longest idle first."""
+        """Clients without a request in progress; the client that has been idle longest is first."""
         self._lock = threading.Lock()
         self._closed = threading.Event()
-        runs.running(environment)  # which clears away what killed ones have left
+        runs.running(environment)  # removes the sockets that killed runs have left behind
         place = folder(environment)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.path = place / runs.entry_name(name, os.getpid())
@@ -64,7 +64,7 @@ class Channel:
     def _listen(self, unborn: Path) -> None:
         """Bind the socket to the path `unborn`, listen, then rename the path to `self.path`.
 
-        Other processes remove sockets with a final name that do not listen.
+        Without this order, another process could remove the socket: a socket that has its final name must listen.
         """
         with contextlib.suppress(FileNotFoundError):
             unborn.unlink()
@@ -80,7 +80,7 @@ class Channel:
         while not self._closed.is_set():
             try:
                 connection, _ = self._socket.accept()
-            except OSError:  # it was closed, or this process may open no more files for now
+            except OSError:  # the socket was closed, or this process cannot open more files at the moment
                 self._closed.wait(0.1)
                 continue
             with self._lock:
@@ -99,7 +99,7 @@ class Channel:
                 self._idle[thread] = None
 
     def _has_room(self) -> bool:
-        """Return whether another client may connect; if necessary, disconnect the client that has been idle longest."""
+        """Return whether another client may connect; if there are too many, disconnect the client that has been idle longest."""
         if len(self._clients) < MAX_CLIENTS:
             return True
         if not self._idle:
@@ -107,9 +107,8 @@ class Channel:
         idlest = next(iter(self._idle))
         del self._idle[idlest]
         connection = self._clients.pop(idlest)
-        _refuse(
-            connection, f"disconnected: this client was idle the longest, and there are more than {MAX_CLIENTS} clients"
-        )
+        why = f"this client was idle the longest, and there are more than {MAX_CLIENTS} clients"
+        _refuse(connection, f"disconnected: {why}")
         with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_RDWR)
         return True
@@ -121,7 +120,7 @@ class Channel:
             with connection:
                 while (request := lines.receive(MAX_REQUEST)) is not None:
                     with self._lock:
-                        if thread not in self._idle:  # it was disconnected meanwhile
+                        if thread not in self._idle:  # the client was disconnected meanwhile
                             return
                         del self._idle[thread]
                     lines.send(self._answer(request))
@@ -171,7 +170,7 @@ class Channel:
 
 
 def _refuse(connection: socket.socket, why: str) -> None:
-    """Send a client the reason why it is disconnected, if the text can be sent without waiting."""
+    """Send a client the reason for its disconnection, if possible without waiting."""
     with contextlib.suppress(OSError):
         connection.send(json.dumps({"error": why}).encode() + b"\n", socket.MSG_DONTWAIT)
 

@@ -21,11 +21,11 @@ class Client:
 
     Args:
         entry: run to connect to.
-        patience: maximum wall time until a response begins, s; None means no limit. After a
-            timeout, close the client; otherwise, the late response would be taken for the response to the next request.
+        patience: maximum wall time until a response begins, s; None means no limit. Close the client after a timeout: otherwise
+            the next request would get the late response.
 
     Raises:
-        ControlError: the run does not accept the connection; for example, because it has ended.
+        ControlError: the run does not accept the connection, for example because the run has ended.
     """
 
     def __init__(self, entry: Entry, patience: float | None = None) -> None:
@@ -44,7 +44,9 @@ class Client:
             ControlError: the run rejected the command, ended before the response, or did not answer in time.
         """
         try:
-            with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # a client that is refused can read why
+            with contextlib.suppress(
+                BrokenPipeError, ConnectionResetError
+            ):  # a refused client can still read the reason
                 self._lines.send({"command": command, "arguments": dict(arguments or {})})
             answer = self._lines.receive(MAX_ANSWER, patience=self._patience)
         except BadLineError:
@@ -60,8 +62,8 @@ class Client:
         return answer.get("result")
 
     def interrupt(self) -> None:
-        """Shut down the connection; an `ask` in progress raises ControlError. May be called from another thread."""
-        with contextlib.suppress(OSError):  # the run has ended it already
+        """Shut down the connection; an `ask` in progress raises ControlError. Another thread may call this method."""
+        with contextlib.suppress(OSError):  # the run has already closed the connection
             self._connection.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Sends and receives JSON values over a stream, one per line."""
+"""Sends and receives JSON values over a stream, one value per line."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Lines:
         """Send a value as one line of JSON.
 
         Raises:
-            OSError: the peer has disconnected, or did not receive the line within `PATIENCE` s.
+            OSError: the peer has disconnected, or has not received the line within `PATIENCE` s.
         """
         self._connection.settimeout(PATIENCE)
         self._connection.sendall(json.dumps(value).encode() + b"\n")

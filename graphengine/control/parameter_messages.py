@@ -16,11 +16,11 @@ _ARRAYS = (ParameterType.BOOL_ARRAY, ParameterType.INTEGER_ARRAY, ParameterType.
 def given_value(message: Any, kind: ParameterType) -> Any:
     """Return the value in a ParameterValue message, for a parameter of the given type.
 
-    For parameters of type double or array, a string such as `1e-5` or `[1, 2.5]` is converted to a number or list, because
-    `ros2 param` sends such values as strings.
+    For a parameter of type double or array, a string such as `1e-5` or `[1, 2.5]` becomes a number or list, because `ros2 param`
+    sends such values as strings.
 
     Raises:
-        UsageError: the message has no value, which is a request to delete the parameter.
+        UsageError: the message has no value: it asks for the deletion of the parameter.
     """
     value = python_value(message)
     if value is None:
@@ -31,7 +31,7 @@ def given_value(message: Any, kind: ParameterType) -> Any:
 
 
 def _spelled(text: str) -> Any:
-    """Return the number or the JSON list that a string contains; return the string itself if it contains neither."""
+    """Return the number or the JSON list in a string; a string with neither is returned unchanged."""
     try:
         return float(text) if not text.lstrip().startswith("[") else bounded_json.parse(text)
     except ValueError:
@@ -39,7 +39,7 @@ def _spelled(text: str) -> Any:
 
 
 def descriptor(name: str, parameter: Parameter | None) -> Any:
-    """Return the ParameterDescriptor of a parameter. None stands for an unknown parameter; its type is `NOT_SET`."""
+    """Return the ParameterDescriptor of a parameter; for None, an unknown parameter, a descriptor of type `NOT_SET`."""
     described = DEFINITIONS.initial("rcl_interfaces/msg/ParameterDescriptor")
     described.name = name
     if parameter is None:

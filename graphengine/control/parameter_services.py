@@ -23,10 +23,10 @@ from graphengine.runtime.session_core import SessionCore
 MAX_REQUEST = 1000
 """Maximum number of parameters that one request sets; the session sets all of them between two ticks.
 
-A request that reads parameters can name more, up to the number of parameters of the node.
+A request that reads parameters can name as many as the node has, even if these are more.
 """
 _SUGGESTIONS = 3
-"""Maximum number of errors about unknown parameters, in one response, that suggest a similar name."""
+"""Maximum number of errors in one response that suggest a similar name for an unknown parameter."""
 
 
 class ParameterServices:
@@ -39,7 +39,7 @@ class ParameterServices:
         table: parameters of the node by name; the attribute `table` may be replaced at any time.
         queue: command queue of the session.
         transport: transport on which the services are created.
-        complain: function called with one warning per service about malformed requests.
+        complain: called with one warning about malformed requests for each service.
 
     Raises:
         TransportError: the transport is closed.
@@ -76,7 +76,7 @@ class ParameterServices:
         self._offers.close()
 
     def _reading(self, field: str, answer: Callable[[Any, Any], None]) -> Handle:
-        """Return a handler that ignores requests whose `field` has more names than `MAX_REQUEST` and the node's parameters."""
+        """Return a handler; the response stays empty if `field` has more names than `MAX_REQUEST` and than the node's table."""
 
         def handle(request: Any, response: Any) -> None:
             if len(getattr(request, field)) <= max(MAX_REQUEST, len(self.table)):
@@ -105,7 +105,7 @@ class ParameterServices:
         response.result.prefixes = sorted({name.rpartition(".")[0] for name in names if "." in name})
 
     def _set(self, request: Any, response: Any) -> Future[Any] | None:
-        """Queue a command that sets each parameter; an error with one parameter does not affect the others."""
+        """Queue a command that sets the parameters one by one; an error with one parameter does not affect the others."""
         parameters = request.parameters
         if refusal := _too_many(parameters):
             response.results = [refusal]
@@ -135,7 +135,7 @@ class ParameterServices:
         return self._queue.ask(act)
 
     def _set_atomically(self, request: Any, response: Any) -> Future[Any] | None:
-        """Queue a command that sets all parameters; if one of them cannot be set, none of them changes."""
+        """Queue a command that sets all parameters; if one parameter cannot be set, none changes."""
         parameters = request.parameters
         if refusal := _too_many(parameters):
             response.result = refusal
@@ -152,7 +152,7 @@ class ParameterServices:
                 for parameter, command in commands:
                     if command is None or parameter.command is None:
                         continue
-                    undo = parameter.command(_plain(parameter.read()))
+                    undo = parameter.undo()
                     command.apply(session)
                     undoing.insert(0, undo)
             except RecordingError:
@@ -192,7 +192,7 @@ class ParameterServices:
 
 
 def listed(names: Mapping[str, object], prefixes: Sequence[str], depth: int) -> list[str]:
-    """Return the sorted parameter names for a response of list_parameters, selected in the same way as in rclcpp.
+    """Return the sorted parameter names for a response of list_parameters, with the same selection as in rclcpp.
 
     Args:
         names: all parameter names.
@@ -213,15 +213,10 @@ def listed(names: Mapping[str, object], prefixes: Sequence[str], depth: int) -> 
 
 
 def _too_many(parameters: Sequence[Any]) -> Any | None:
-    """Return a SetParametersResult with the error if a request has too many parameters; otherwise None."""
+    """Return a SetParametersResult with an error if a request has too many parameters; otherwise None."""
     if len(parameters) <= MAX_REQUEST:
         return None
     return _refused(f"{len(parameters)} parameters in one request; legal: up to {MAX_REQUEST}")
-
-
-def _plain(value: Any) -> Any:
-    """Return a value with arrays converted to lists, so that a recording can contain it."""
-    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def reason(error: BaseException) -> str:
@@ -236,7 +231,7 @@ def _refused(why: str) -> Any:
 
 
 def _finish(response: Any, error: BaseException | None) -> None:
-    """Complete a response: copy the text of `error`, if it is not None, to each failed result without a reason."""
+    """Complete a response: with an error, each failed result without a reason gets the error's text."""
     if error is None:
         return
     results = response.results if hasattr(response, "results") else [response.result]

@@ -13,7 +13,7 @@ from graphengine.format.errors import GraphError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.names import join_namespaces, strip
-from graphengine.messages.parameters import EVENT, EVENTS
+from graphengine.messages.parameters import EVENT, EVENTS, ParameterType, parameter_message
 from graphengine.messages.qos import PARAMETER_EVENTS
 from graphengine.ros.network_graph import full_name, split_name
 from graphengine.ros.transport import Transport
@@ -23,20 +23,20 @@ from graphengine.runtime.parameter_table import USE_SIM_TIME, graph_parameters, 
 from graphengine.runtime.session_core import SessionCore
 
 Snapshot = tuple[Sequence[GraphRun], Mapping[str, str]]
-"""Graphs of a session, and a mapping from each robot's name to the full name of its ROS node."""
+"""The graphs of a session, and a dict from robot names to the full names of the robots' ROS nodes."""
 
 
 class ParameterNodes:
     """The ROS 2 nodes with the parameters of a session.
 
-    A thread creates and destroys the parameter services when robots or graphs change, and publishes changes of values on
+    A thread creates and destroys parameter services after changes of robots and graphs, and publishes changed values on
     `/parameter_events`. Ticks do no work for the parameters.
 
     Args:
         session: session whose graph inputs and settings become parameters.
         queue: command queue of the session.
         transport: transport with a ROS node.
-        complain: function called with warnings about malformed requests and nodes that cannot be created, each text once.
+        complain: called once with each warning about malformed requests and about nodes that cannot be created.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class ParameterNodes:
         self._complain = complain
         self._nodes: dict[str, ParameterServices] = {}
         self._announced: dict[str, dict[str, Any]] = {}
-        """Parameter values in the newest messages on `/parameter_events`, by node and parameter name."""
+        """Newest value on `/parameter_events` of each parameter, by node name and parameter name."""
         self._followed: Snapshot | None = None
         self._events = transport.writer(EVENTS, EVENT, PARAMETER_EVENTS)
         self._snapshot = self._look()
@@ -59,7 +59,7 @@ class ParameterNodes:
         self._thread = threading.Thread(target=self._work, name="parameters", daemon=True)
         session.listeners.append(self._listen)
         self._thread.start()
-        atexit.register(self.close)  # of a session that is not closed; it is called before the transport's own
+        atexit.register(self.close)  # for a session that is not closed; runs before the transport's exit handler
 
     def close(self) -> None:
         """End the thread and destroy all services. Safe to call twice."""
@@ -75,7 +75,7 @@ class ParameterNodes:
         self._events.close()
 
     def _listen(self) -> None:
-        """Wake the thread after a change of the session. The session calls this in its own thread."""
+        """Wake the thread after a change of the session; the session's thread calls this method."""
         if self._session.graphs is not self._snapshot[0]:
             self._snapshot = self._look()
         self._wake.set()
@@ -101,11 +101,11 @@ class ParameterNodes:
                 self._follow(snapshot)
                 self._followed = snapshot
                 self._announce()
-            elif self._events.matched:  # else the first subscriber receives the changes since the last announcement
+            elif self._events.matched:  # without a subscriber, changes wait for the first subscriber
                 self._announce()
 
     def _follow(self, snapshot: Snapshot) -> None:
-        """Create and destroy parameter services to match a snapshot; nodes that remain get new parameter tables."""
+        """Create and destroy parameter services to match a snapshot; all other nodes get new parameter tables."""
         graphs, robots = snapshot
         own = {**session_parameters(self._session), **graph_parameters(graphs)}
         tables = {self._transport.node: own}
@@ -119,11 +119,11 @@ class ParameterNodes:
             elif not self._closed:
                 try:
                     self._nodes[node] = ParameterServices(node, table, self._queue, self._transport, self._complain)
-                except GraphError as error:  # the other nodes keep theirs
+                except GraphError as error:  # the other nodes keep their services
                     self._warn(f"{node}: its parameters are not offered: {error}")
 
     def _announce(self) -> None:
-        """Publish a ParameterEvent for each node with parameters that are new, changed or deleted since the last call."""
+        """Publish a ParameterEvent for each node whose parameters were created, changed or deleted since the last call."""
         gone = self._announced.keys() - self._nodes.keys()
         for node in [*self._nodes, *gone]:
             table = self._nodes[node].table if node in self._nodes else {}
@@ -135,7 +135,7 @@ class ParameterNodes:
                 event = self._event(node)
                 event.new_parameters = [table[name].message(now[name]) for name in new]
                 event.changed_parameters = [table[name].message(now[name]) for name in changed]
-                event.deleted_parameters = [_named(name) for name in deleted]
+                event.deleted_parameters = [parameter_message(name, ParameterType.NOT_SET, None) for name in deleted]
                 try:
                     self._events.write(messages.encode(event))
                 except GraphError as error:
@@ -145,7 +145,7 @@ class ParameterNodes:
             del self._announced[node]
 
     def _warn(self, text: str) -> None:
-        """Report a warning, each text only once; ignore warnings that occur because `close` destroys the services."""
+        """Report each warning once; ignore warnings while `close` destroys the services."""
         if text not in self._warned and not self._closed:
             self._warned.add(text)
             self._complain(text)
@@ -160,7 +160,7 @@ class ParameterNodes:
 def node_name(namespace: str, robot: str, taken: set[str]) -> str:
     """Return the full name of a robot's ROS node: the robot's name in the namespace, with a number if the name is in `taken`.
 
-    Characters that are illegal in node names are replaced by `_`.
+    `_` replaces characters that are illegal in node names.
     """
     plain = re.sub(r"\A(?![A-Za-z_])", "robot_", re.sub(r"[^A-Za-z0-9_]", "_", robot))
     name = full_name(f"/{namespace.strip('/')}", plain)
@@ -169,9 +169,3 @@ def node_name(namespace: str, robot: str, taken: set[str]) -> str:
         name = full_name(f"/{namespace.strip('/')}", f"{plain}_{number}")
         number += 1
     return name
-
-
-def _named(name: str) -> Any:
-    found = DEFINITIONS.initial("rcl_interfaces/msg/Parameter")
-    found.name = name
-    return found

@@ -1,7 +1,7 @@
 """Finds the runs (sessions with a control channel) of this user on this machine.
 
 Each run has a socket in a folder that only the user can access. The file name of the socket is `NAME.PID`, with the name and the
-process id of the run. A socket that accepts no connection was left behind by a killed process; `running` removes it.
+process id of the run. A killed process leaves behind a socket that accepts no connection; `running` removes such sockets.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from graphengine.format.runtime_folder import folder
 
 _ENTRY = re.compile(r"([A-Za-z0-9_]+)\.([0-9]+)")
 MAX_NAME = 40
-"""Maximum length of a run's name in the path of its socket; the path can have at most 107 characters."""
+"""Maximum length of a run's name in the path of the run's socket; the path can have at most 107 characters."""
 PATIENCE = 5.0
 """Timeout for connecting to a run, s."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Entry:
-    """A run, with its name, its process id and the path of its socket."""
+    """A run: its name, process id and path of the socket."""
 
     name: str
     pid: int
@@ -44,7 +44,7 @@ def connect(path: Path) -> socket.socket:
     """Connect to the socket of a run and return the connection.
 
     Raises:
-        OSError: the run cannot be reached; ConnectionRefusedError if its process has ended.
+        OSError: the run cannot be reached; ConnectionRefusedError if the run's process has ended.
     """
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
@@ -75,6 +75,6 @@ def running(environment: Mapping[str, str]) -> list[Entry]:
                 path.unlink()
             continue
         except OSError:
-            pass  # it is too busy to answer, and there
+            pass  # the run exists, but is too busy to answer
         found.append(Entry(match[1], int(match[2]), path))
     return sorted(found)

@@ -1,4 +1,4 @@
-"""Hosts service servers whose responses are sent after the session has executed the request."""
+"""Hosts service servers that can respond after the session has executed the request."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SERVICES = QoS()
 Handle = Callable[[Any, Any], "Future[Any] | None"]
 """A function that is called with a request and the response to fill in, in a thread of the transport.
 
-If it returns a future, the response is sent when the future is done; if it returns None, the response is sent immediately.
+If the result is a future, the response is sent when the future is done; if the result is None, immediately.
 """
 
 
@@ -33,8 +33,8 @@ class ServiceHost:
 
     Args:
         transport: transport on which the services are created.
-        complain: function called with one warning per service about malformed requests.
-        node: full name of the ROS node of the services; empty takes the transport's node.
+        complain: called with one warning about malformed requests for each service.
+        node: full name of the ROS node of the services; empty: the transport's node.
     """
 
     def __init__(self, transport: Transport, complain: Callable[[str], None], node: str = "") -> None:
@@ -42,7 +42,7 @@ class ServiceHost:
         self._node = node
         self._complain = complain
         self._lock = threading.Lock()
-        """Lock for `_servers` while a service is created, because the transport may already deliver requests."""
+        """Lock for `_servers`, because the transport may already deliver requests while it creates a service."""
         self._servers: dict[str, TransportServer] = {}
         self._malformed: set[str] = set()
 
@@ -60,9 +60,9 @@ class ServiceHost:
             service: full name of the service.
             service_type: name of the service type, such as `std_srvs/srv/Trigger`.
             handle: function that fills in the response; see `Handle`.
-            finish: function called before the response is sent, with the response and the exception of the future (None if there
-                is no exception), to write the outcome into the response.
-            then: function called with request and response after the response was sent.
+            finish: called before the response is sent, with the response and the exception of the future (None without an
+                exception), to write the outcome into the response.
+            then: called with request and response after the response was sent.
 
         Raises:
             MessageTypeError: the transport does not know the type.
@@ -104,9 +104,8 @@ class ServiceHost:
         except TransportError as error:
             if service not in self._malformed:
                 self._malformed.add(service)
-                self._complain(
-                    f"{service}: a peer sends malformed {message_type} requests, which are dropped ({error})"
-                )
+                what = f"a peer sends malformed {message_type} requests"
+                self._complain(f"{service}: {what}, which are dropped ({error})")
             return None
 
     def close(self) -> None:

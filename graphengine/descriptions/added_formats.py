@@ -4,8 +4,8 @@ The name of an entry point is the suffix of the files without the dot. Its objec
 
     def read(source: Source, findings: Findings) -> Element | None
 
-`source` has the path and the lines of the file. The function returns the element `robot` of a URDF, whose elements have the
-places in the file (`Span`) that messages name. Errors are added to `findings`.
+`source` has the path and the lines of the file. The function returns the element `robot` of a URDF; its elements have the source
+locations (`Span`) for messages. The function adds errors to `findings`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def is_added(path: Path) -> bool:
 
 
 def read_root(path: Path, findings: Findings) -> Element | None:
-    """Return the root element of a description; that of an added format is URDF. Return None after an error."""
+    """Return the root element of a description, for an added format after conversion to URDF; None after an error."""
     entries = _entries(path.suffix)
     if not entries:
         found = read(path, findings, "S103")

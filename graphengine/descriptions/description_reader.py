@@ -41,9 +41,8 @@ def read_description(file: RobotFile, library: Library) -> RobotDescription | No
         return _read_model(file, library)
     if not file.spec.urdf:
         span = file.chain[0].document.span().part(0, 1)
-        findings.add(
-            "G107", "missing key 'urdf'", span, "name a robot description by `urdf`, or a MuJoCo model by `mjcf`"
-        )
+        remedy = "name a robot description by `urdf`, or a MuJoCo model by `mjcf`"
+        findings.add("G107", "missing key 'urdf'", span, remedy)
         return None
     path = files.look_up(file.spec.urdf, file.folder("urdf"), findings, file.span("urdf"))
     packages = _packages(path, file, files, findings) if path is not None else None
@@ -74,9 +73,8 @@ def _read_model(file: RobotFile, library: Library) -> RobotDescription | None:
     """Return the MuJoCo model that a robot file names by `mjcf`; None after an error."""
     for key in ("urdf", "xacro_arguments", "package_paths"):
         if getattr(file.spec, key):
-            library.findings.add(
-                "G109", f"{key}: not allowed beside `mjcf`, which names a MuJoCo model", file.key_span(key)
-            )
+            text = f"{key}: not allowed beside `mjcf`, which names a MuJoCo model"
+            library.findings.add("G109", text, file.key_span(key))
             return None
     path = library.files.look_up(file.spec.mjcf, file.folder("mjcf"), library.findings, file.span("mjcf"))
     return read_mjcf(path, library) if path is not None else None
@@ -140,10 +138,10 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, RobotD
 def with_robot_file(
     description: RobotDescription | None, path: Path, findings: Findings
 ) -> tuple[RobotFile, RobotDescription] | None:
-    """Return a description together with a minimal generated robot file; None if there is no description.
+    """Return a description together with a minimal generated robot file; None without a description, or after an error.
 
-    The robot file adds velocity drives for wheels to a URDF or SDF description. A MuJoCo model defines its drives itself; its
-    cameras and IMUs become sensors of the robot file.
+    For a URDF or SDF description, the robot file has velocity drives for the wheels. For a MuJoCo model, which defines its drives
+    itself, it has the cameras and IMUs as sensors.
     """
     if description is None:
         return None

@@ -6,11 +6,11 @@ from graphengine.descriptions.engine import mujoco
 from graphengine.format.scene_spec import EarthSpec
 
 EARTH = "spherical_coordinates"
-"""Name of the custom numbers of a model: latitude, longitude (degrees), elevation (m) and heading (degrees)."""
+"""Name of a model's custom numbers for latitude, longitude (degrees), elevation (m) and heading (degrees)."""
 
 
 def place_world(spec: mujoco.MjSpec, earth: EarthSpec) -> None:
-    """Set the place of a world on Earth; it replaces the place in the world's file."""
+    """Set the place of a world on Earth, in place of the one in the world's file."""
     for known in [each for each in spec.numerics if each.name == EARTH]:
         spec.delete(known)
     numbers = earth.latitude_deg, earth.longitude_deg, earth.elevation, earth.heading_deg

@@ -14,5 +14,5 @@ def marked(error: Exception, roots: Iterable[Element]) -> Element | None:
 
 
 def called(element: Element) -> str:
-    """Return the name by which users know an element: the file of a mesh, else the name."""
+    """Return the name of an element in messages: for a mesh its file, otherwise its attribute `name`."""
     return element.get("filename") or element.get("name")

@@ -34,11 +34,11 @@ Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 REFUSALS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError, mujoco.UnexpectedError)
-"""Exceptions that MuJoCo raises for a model that it cannot read or compile, or for which memory is insufficient."""
+"""Exceptions that MuJoCo raises if it cannot read or compile a model, or if the memory is insufficient."""
 
 
 if mujoco.get_mju_user_warning() is None:
-    mujoco.set_mju_user_warning(lambda _: None)  # they are counted elsewhere
+    mujoco.set_mju_user_warning(lambda _: None)  # `SimulationCore` counts the warnings
 
 RAYS_AND_PICTURES = 0
 """Geom group of geoms that are visible to rays and to cameras."""
@@ -49,7 +49,7 @@ RAYS = 3
 NEITHER = 4
 """Geom group of geoms that are visible neither to rays nor to cameras."""
 OWN = 5
-"""Geom group to which a robot's geoms are moved while its own sensors cast rays, so that the rays pass through the robot."""
+"""Geom group of a robot's geoms while sensors of this robot cast rays; the rays pass through these geoms."""
 
 TIGHT_SOLREF = (0.005, 1.0)
 """MuJoCo's `solref` of a weld or of a mimic joint: time constant (s) and damping ratio."""
@@ -78,7 +78,7 @@ def collides(model: mujoco.MjModel) -> Bools:
 
 
 def sort_geoms(model: mujoco.MjModel) -> None:
-    """Assign each geom to one of the geom groups of this module, so that a ray hits each surface only once.
+    """Assign each geom to one of the geom groups of this module. A ray then hits each surface only once.
 
     Rays hit colliders, and the visuals of bodies without colliders. Cameras see all geoms that were in groups 0 to 2 before.
     """
@@ -91,9 +91,9 @@ def sort_geoms(model: mujoco.MjModel) -> None:
 def round_weights(model: mujoco.MjModel) -> None:
     """Round the inverse weights of bodies, degrees of freedom and tendons to single precision.
 
-    These weights soften contacts and joint limits. The compiler computes them by vectorised sums over all degrees of freedom, so
-    that their last bits depend on a body's index in the model. All other values that it computes for a body are independent
-    of the index.
+    These weights soften contacts and joint limits. The compiler computes them by vectorised sums over all degrees of freedom;
+    therefore their last bits depend on the index of a body in the model. All other compiled values of a body are independent of
+    the index.
     """
     for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
         weights[:] = weights.astype(np.float32)
@@ -135,5 +135,5 @@ def wake(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Wake all sleeping bodies; MuJoCo does not wake them when gravity, friction or their support changes."""
     flags = model.opt.enableflags
     model.opt.enableflags = flags & ~mujoco.mjtEnableBit.mjENBL_SLEEP.value
-    mujoco.mj_kinematics(model, data)  # where nothing may sleep, it wakes what does
+    mujoco.mj_kinematics(model, data)  # while sleeping is disabled, it wakes all sleeping bodies
     model.opt.enableflags = flags

@@ -14,7 +14,7 @@ _ORIGIN, _AXES = np.zeros(3), np.eye(3)
 
 
 def geom_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
-    """Return red, green, blue and opacity (0 to 1) of each geom: those of its material, or its own without a material."""
+    """Return red, green, blue and opacity (0 to 1) of each geom, from its material if it has one."""
     of_materials = model.mat_rgba[model.geom_matid] if model.nmat else model.geom_rgba
     colours: NDArray[np.float32] = np.where((model.geom_matid < 0)[:, None], model.geom_rgba, of_materials)
     return colours

@@ -26,7 +26,7 @@ _ROUNDING = 1e-9
 
 
 def inertials(description: RobotDescription, *, free: bool, findings: Findings) -> dict[str, Inertial]:
-    """Return mass and inertia by link name; for a link not in the result, MuJoCo derives them from its colliders.
+    """Return a dict from link names to mass and inertia; for links not in the dict, MuJoCo derives them from the colliders.
 
     Colliders have the density of water. A link without mass that is fixed to a link with mass stays without mass.
 
@@ -47,16 +47,13 @@ def inertials(description: RobotDescription, *, free: bool, findings: Findings) 
     replaced = [description.links[name] for name in found if _mend(found, description.links[name])]
     _tell("moving links without a mass get the mass of their colliders at 1000 kg/m3", solid, findings)
     _tell(f"moving links without mass and colliders get a mass of {LEAST_MASS * 1000:g} g", bare, findings)
-    text = (
-        "a moment of inertia that is missing or zero, or exceeds the sum of the other two, is impossible; "
-        "a possible value replaces it"
-    )
-    _tell(text, replaced, findings)
+    text = "a moment of inertia that is missing or zero, or exceeds the sum of the other two, is impossible"
+    _tell(f"{text}; a possible value replaces it", replaced, findings)
     return found
 
 
 def _given(link: Link) -> Inertial | None:
-    """Return the inertia of a link, if it has a mass above zero or states both mass and inertia."""
+    """Return the inertial of a link that has a mass above zero, or that states both mass and inertia; otherwise None."""
     return link.inertial if link.inertial is not None and (link.mass or link.inertial.moments is not None) else None
 
 
@@ -66,7 +63,7 @@ def _tell(text: str, links: list[Link], findings: Findings) -> None:
 
 
 def _weightless(description: RobotDescription, *, free: bool) -> Iterator[list[Link]]:
-    """Yield each group of rigidly connected links that can move but have no mass; the first link carries the others."""
+    """Yield each group of rigidly connected links that can move and together have no mass; the first link carries the others."""
     for top in description.depth_first():
         if not (top.carrier.moves if top.carrier is not None else free):
             continue
@@ -114,15 +111,16 @@ def possible(inertia: NDArray[np.float64]) -> bool:
 def mended(inertia: NDArray[np.float64], mass: float) -> NDArray[np.float64]:
     """Return the given 3x3 inertia tensor (kg m2) if MuJoCo accepts it, else a similar tensor that it accepts.
 
-    If no similar tensor exists, the result is a sphere: with the mean moment, or that of a ball of water with this mass (kg).
+    If no similar tensor exists, all moments of the result equal the mean moment, or the moment of a ball of water with this
+    mass (kg).
     """
     if possible(inertia):
         return inertia
     for candidate in (inertia, np.diag(np.diag(inertia))):  # products that are too large are mostly made up
         moments, axes = np.linalg.eigh(candidate)
         if moments[0] > LEAST_MOMENT:
-            # The two smaller ones are raised: rounded numbers of a thin plate stay what they are to six digits.
-            least = moments[2] * (1 + 2 * _ROUNDING)  # of their sum
+            # The two smaller moments are raised, so the moments of a thin plate keep their first six digits.
+            least = moments[2] * (1 + 2 * _ROUNDING)  # smallest legal sum of the two
             excess = least - moments[0] - moments[1]
             if excess > 0.0:
                 moments[1] = min(moments[1] + excess / 2, moments[2])

@@ -14,7 +14,7 @@ _MOST_DEGREES = 720.0
 
 
 def swapped_limits(joint: Joint, findings: Findings) -> bool:
-    """Warn about a lower limit above the upper one, and return whether the joint has such limits."""
+    """Return whether the lower limit of a joint is above the upper limit; if so, add a warning."""
     limit, lower, upper = joint.bounds.element, joint.bounds.lower or 0.0, joint.bounds.upper or 0.0
     if limit is None or joint.type == "continuous" or lower <= upper:
         return False
@@ -25,7 +25,7 @@ def swapped_limits(joint: Joint, findings: Findings) -> bool:
 
 
 def check_degrees(joint: Joint, findings: Findings) -> None:
-    """Warn about the limits of a revolute joint that are more than two turns from zero and whole multiples of 5."""
+    """Add a warning if the limits of a revolute joint are multiples of 5 and one is more than two turns from zero, in rad."""
     limit, limits = joint.bounds.element, joint.limits
     if limit is None or limits is None or joint.type not in TURNING:
         return

@@ -54,7 +54,7 @@ def assembled(
 
 
 def _connect(joint: Joint, links: Mapping[str, Link], findings: Findings) -> None:
-    """Connect the two links of a joint; it is an error if one of them does not exist, or if another joint carries the child."""
+    """Connect the two links of a joint. Add an error if one of the links is missing, or if another joint carries the child."""
     for tag, link in (("parent", joint.parent), ("child", joint.child)):
         if link not in links:
             end, near = joint.element.first(tag), did_you_mean(link, links) or listing(links, "links")
@@ -79,13 +79,12 @@ def check_limits(joints: Iterable[Joint], findings: Findings) -> None:
     boundless = [joint for joint in boundless if not swapped_limits(joint, findings)]
     if boundless:
         names = listing((joint.name for joint in boundless), "joints")
-        findings.add(
-            "N103", "joints without limits, or with equal limits, move freely", boundless[0].element.span, names
-        )
+        text = "joints without limits, or with equal limits, move freely"
+        findings.add("N103", text, boundless[0].element.span, names)
 
 
 def _by_name(parts: Iterable[Part], tag: str, findings: Findings) -> dict[str, Part]:
-    """Return links or joints by name; errors are missing names, names that occur twice, and too many parts."""
+    """Return a dict from names to links or joints; add errors for missing and repeated names, and for more than `MAX_LINKS`."""
     found: dict[str, Part] = {}
     for part in parts:
         element = part.element
@@ -123,9 +122,9 @@ def _tree(root: Element, links: dict[str, Link], findings: Findings) -> str:
 
 
 def _release(top: str, links: dict[str, Link], joints: dict[str, Joint], findings: Findings) -> str:
-    """Remove a floating joint below an empty root link, together with that link, and return the name of the new root link.
+    """Remove an empty root link whose only joint is floating, and this joint. Return the name of the root link after that.
 
-    Such a joint is superfluous, because the simulator lets every robot move freely. Otherwise nothing changes.
+    The joint is superfluous, because the simulator lets every robot move freely.
     """
     joint = links[top].below[0] if len(links[top].below) == 1 else None
     if joint is None or joint.type != "floating" or not links[top].empty:

@@ -39,12 +39,12 @@ _SETTINGS: Mapping[str, tuple[Callable[[str], object], str]] = {
     "boundinertia": (number, "a number"),
     "inertiafromgeom": (_FROM_GEOMS.get, "true, false or auto"),
 }
-"""Settings of `<mujoco><compiler>` that apply: the reader of the value, and the legal values."""
+"""For each setting of `<mujoco><compiler>` that is applied: the function that reads the value, and the legal values."""
 
 Part = tuple[Shape, MeshFile | None, int]
-"""A shape, the file of its mesh or of the part of the mesh with one colour, and the number of the part."""
+"""A shape; for a mesh, the file with the triangles of one colour; and the number of this file among those of the mesh."""
 Meshes = dict[str, dict[Vector3, mujoco.MjsMesh]]
-"""Meshes by name of their file and by scale."""
+"""Meshes: a dict from names of files to dicts from scales to meshes."""
 
 
 def write_robot(
@@ -64,8 +64,8 @@ def write_robot(
         name: name of the robot.
         library: reads the meshes and keeps their data.
         findings: receives errors, and notes on changed masses and inertias and on shapes that are left out.
-        free_link: link that becomes the topmost body, because only topmost bodies can move freely in MuJoCo; fixed joints
-            connect it to the root. By default the root.
+        free_link: link that becomes the topmost body, by default the root; only topmost bodies can move freely in MuJoCo. Fixed
+            joints must connect the link to the root.
         colours: colour (red, green, blue from 0 to 1) of visuals without a material, by link name.
         more: memory that the robot takes in addition, bytes.
     """
@@ -98,9 +98,7 @@ def write_robot(
 
 def _set_compiler(spec: mujoco.MjSpec, description: RobotDescription, findings: Findings) -> None:
     """Apply the settings on inertias in the `<mujoco><compiler>` elements of a description; all others are ignored."""
-    settings = [
-        compiler for each in description.element.all("mujoco") if (compiler := each.first("compiler")) is not None
-    ]
+    settings = [compiler for each in description.element.all("mujoco") for compiler in each.all("compiler")[:1]]
     given = {key: compiler for compiler in settings for key in _SETTINGS if key in compiler.attributes}
     for key, compiler in given.items():
         read, legal = _SETTINGS[key]
@@ -174,7 +172,7 @@ def _add_bodies(spec: mujoco.MjSpec, description: RobotDescription, top: str) ->
 
 
 def _at(pose: Pose) -> tuple[Vector3, Quaternion]:
-    """Return the position and the quaternion (w, x, y, z) of a pose; zeros of the quaternion are positive, as MuJoCo's are."""
+    """Return the position and the quaternion (w, x, y, z) of a pose; in the quaternion, -0.0 becomes 0.0, as in MuJoCo."""
     position, (x, y, z, w) = pose
     return position, (w + 0.0, x + 0.0, y + 0.0, z + 0.0)
 
@@ -188,11 +186,7 @@ def _weigh(body: mujoco.MjsBody, inertial: Inertial) -> None:
 
 
 def _add_geoms(
-    spec: mujoco.MjSpec,
-    body: mujoco.MjsBody,
-    parts: Sequence[Part],
-    otherwise: Colour | None,
-    made: Meshes,
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, parts: Sequence[Part], otherwise: Colour | None, made: Meshes
 ) -> None:
     """Add the geoms of a link. A visual without a colour, and a collider, get the colour of the visual before it.
 
@@ -201,7 +195,7 @@ def _add_geoms(
         body: body of the link.
         parts: parts of the shapes of the link.
         otherwise: colour of visuals without a material.
-        made: meshes so far.
+        made: meshes that were added; new ones are added.
     """
     colour: Colour | None = None
     for shape, file, index in parts:
@@ -223,7 +217,7 @@ def _add_geoms(
 
 
 def _mesh(spec: mujoco.MjSpec, mesh: Mesh, key: str, made: Meshes) -> str:
-    """Return the name of the mesh of a file with a scale, which is added unless it is there. Further scales get a number."""
+    """Return the name of the mesh for a file and a scale; add a missing mesh. Names for further scales end with a number."""
     name = key.rpartition(".")[0] or key
     known = made.setdefault(name, {})
     if mesh.scale not in known:

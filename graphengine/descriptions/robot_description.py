@@ -240,7 +240,7 @@ class RobotDescription:
         return pose
 
     def axes_in_root(self) -> dict[str, Vector3]:
-        """Return the axes of all joints by joint name, in the root link's frame, with all joints at position zero."""
+        """Return a dict from joint names to axes in the root link's frame, with all joints at position zero."""
         rotations, axes = {self.root: NOWHERE[1]}, {}
         for link in self.depth_first():
             for joint in link.below:

@@ -1,4 +1,4 @@
-"""Finds the rollers of omni and mecanum wheels that a description models as links on joints of their own."""
+"""Finds the rollers of omni and mecanum wheels in a description that models each roller as a link on a joint."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graphengine.devices.rotation import Vector3, rotate
 _LEAST = 5
 """Minimum number of rollers of a wheel."""
 _PARALLEL = 0.95
-"""Cosine of the angle between two axes from which on a joint counts as parallel to the axle, so it carries no roller."""
+"""Smallest cosine of the angle between axle and joint axis at which the axes count as parallel; the joint carries no roller."""
 _RING = 0.1
 """Maximum deviation of a roller's distance from the axle, as a fraction of the mean distance."""
 
@@ -62,16 +62,10 @@ def _below(description: RobotDescription, link: str) -> Iterator[Joint]:
     for joint in description.links[link].below:
         if not joint.moves:
             yield from _below(description, joint.child)
-        elif (
-            joint.type in TURNING
-            and joint.limits is None
-            and not any(each.moves for each in _all(description, joint.child))
-        ):
-            yield joint
-
-
-def _all(description: RobotDescription, link: str) -> Iterator[Joint]:
-    return (joint for each in description.depth_first(link) for joint in each.below)
+        elif joint.type in TURNING and joint.limits is None:
+            carried = (each for above in description.depth_first(joint.child) for each in above.below)
+            if not any(each.moves for each in carried):
+                yield joint
 
 
 def _arms(description: RobotDescription, joint: Joint, axle: Floats, rolling: list[Joint]) -> Floats:
@@ -93,7 +87,7 @@ def _form_a_ring(description: RobotDescription, joint: Joint, axle: Floats, roll
 
 
 def _axis_on_floor(description: RobotDescription, joint: Joint, axle: Floats, rolling: list[Joint]) -> Vector3:
-    """Return the axis of a roller in the root link's frame, after a turn of the wheel that brings it straight below the axle."""
+    """Return the axis of a roller in the root link's frame, after the wheel has turned the roller straight below the axle."""
     arms = _arms(description, joint, axle, rolling)
     lowest = int(arms[:, 2].argmin())
     down = -np.eye(3)[2] + axle[2] * axle

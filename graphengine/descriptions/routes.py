@@ -13,7 +13,7 @@ from graphengine.descriptions.engine import mujoco
 from graphengine.format.scene_spec import MoverSpec
 
 PREFIX = ":mover:"
-"""Beginning of the name of the custom text of a model that holds the route of a mover; no robot's name has a colon."""
+"""Prefix of the names of custom texts that hold routes of movers in a model; no robot's name has a colon."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +24,8 @@ class Route:
         start: time at which the mover starts, s.
         points: time since the start (s) and position (x, y, z, m) of each point, in ascending order of the times.
         period: time after which the route begins again, s; 0 if the mover stays at the last point.
-        region: corners of the rectangle in which the mover walks at random, or None; then `points` is only the place where it
-            stands if no point of the rectangle is free.
+        region: corners of the rectangle in which the mover walks at random, or None. With a rectangle, `points` is only the place
+            of the mover if no point of the rectangle is free.
         speed: speed of a random walk, m/s.
     """
 

@@ -12,7 +12,7 @@ from graphengine.format.diagnostics import Span
 Colour = tuple[float, float, float, float]
 """Red, green, blue and opacity from 0 to 1."""
 MAX_COLOUR = 1e38
-"""Maximum magnitude of a part of a colour, which MuJoCo keeps in single precision."""
+"""Maximum magnitude of a colour component; MuJoCo stores colours in single precision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class Shape:
     """A collider or a visual of a link.
 
     Attributes:
-        name: name in the physics model: that of the link, and the number of the element among the children of the link.
+        name: name in the physics model: the link's name, a dot, and the number of the element among the children of the link.
         visual: whether the shape is only drawn; otherwise it is a collider.
         geometry: form and size.
         pose: pose in the frame of the link.

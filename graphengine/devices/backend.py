@@ -28,7 +28,7 @@ Light = tuple[float, Vector3]
 
 
 class Entities(Protocol):
-    """Access to the robots and objects of a world, each of which is one entity. Methods may be called only between two steps."""
+    """Access to the entities of a world: its robots and objects. Methods may be called only between two steps."""
 
     def all(self) -> Sequence[Entity]:
         """Return all robots in the order in which they were added, then all other objects."""
@@ -45,7 +45,7 @@ class Entities(Protocol):
 
         Args:
             name: name of the entity.
-            own: if true, the axes and coordinates of the box are those of the entity's own frame; if false, of the world frame.
+            own: whether the box is in the frame of the entity, and parallel to the axes of this frame; if false, the world frame.
         """
 
     def overlaps(self, name: str, *, floors: bool = True) -> Sequence[Overlap]:
@@ -53,13 +53,14 @@ class Entities(Protocol):
 
         Args:
             name: name of the entity.
-            floors: whether overlaps with planes below the entity count, which lift it out.
+            floors: whether overlaps with planes below the entity count; such a plane lifts the entity out.
         """
 
     def clearance(self, name: str, position: tuple[float, float], margin: float) -> Mapping[str, float]:
-        """Return the distances (m) of all that would stand close to an entity at another position, nearest first, by name.
+        """Return a dict from each neighbour that an entity would have at another position to the distance (m), nearest first.
 
-        The entity turns once about the vertical axis through its prim's origin; a distance is 0 where it would overlap.
+        The distance is the smallest in a full turn of the entity about the vertical axis through its prim's origin; it is 0 if
+        the entity would overlap the neighbour.
 
         Args:
             name: name of the entity.
@@ -68,16 +69,16 @@ class Entities(Protocol):
         """
 
     def touching(self) -> Mapping[str, Overlap]:
-        """Return the deepest contact of each entity after the last step, by entity name.
+        """Return a dict from the name of each entity to its deepest contact after the last step.
 
         Contacts with the floor or body on which an entity rests are ignored. Entities without other contacts are left out.
         """
 
     def touched(self, name: str) -> Sequence[str]:
-        """Return the names of all bodies that an entity touched in any physics step of this tick, including floors.
+        """Return the names of all bodies, including floors, that an entity touched in any physics step of this tick.
 
         The first call for an entity covers only the contacts after the last step, and starts the observation of later steps.
-        A geom that belongs to no entity is listed by its own name.
+        For a geom that belongs to no entity, the name of the geom is returned.
         """
 
     def place(self, name: str, move: Move, *, forced: bool = True) -> None:
@@ -86,8 +87,8 @@ class Entities(Protocol):
         Args:
             name: name of the entity.
             move: new pose and velocity.
-            forced: whether the entity is placed at a new pose even if it then overlaps others, as `overlaps` without floors
-                finds them, deeper than now.
+            forced: whether the entity is placed at a new pose even if it then overlaps others deeper than now; floors do not
+                count as others.
 
         Raises:
             BlockedPoseError: `forced` is false, and the entity would overlap others; it keeps its pose and velocity.
@@ -102,9 +103,9 @@ class Entities(Protocol):
 
         Args:
             name: name of the robot.
-            move: pose in place of the initial pose; what is None is initial.
-            joints: positions in place of the initial ones, by the names of joints that do not mimic others, rad or m. The drives
-                of these joints hold them there.
+            move: pose in place of the initial pose; a part that is None keeps its initial value.
+            joints: a dict from names of joints that do not mimic others to positions in place of the initial ones, rad or m. The
+                drives of these joints hold the positions.
             keyframe: name of a keyframe of the robot's MuJoCo model in place of the initial state; None for the initial state.
             forced: whether the robot is placed even if it then overlaps others; see `place`.
 
@@ -151,11 +152,11 @@ class World(Protocol):
     """Whether ticks follow the wall clock. If so, late camera images are dropped; if not, ticks wait for them."""
 
     faults: Faults
-    """Faults of sensors, by prim path; `reset_time` ends them."""
+    """Current faults of sensors; `reset_time` ends them."""
 
     @property
     def dropped_pictures(self) -> Mapping[str, int]:
-        """Number of camera images dropped since the start of play because rendering was too slow, by prim path of the camera.
+        """A dict from the prim path of a camera to the number of images dropped since the start of play by slow rendering.
 
         Cameras without dropped images are left out.
         """
@@ -165,9 +166,9 @@ class World(Protocol):
 
     @property
     def clamped_commands(self) -> Mapping[str, int]:
-        """Number of commands that were clamped, for each limit of a joint.
+        """A dict from a limit of a joint to the number of commands that were clamped to it.
 
-        The key is a text such as `velocity of /dd100/left_wheel beyond -10 to 10`. Limits without clamped commands are left out.
+        A limit is a text such as `velocity of /dd100/left_wheel beyond -10 to 10`. Limits without clamped commands are left out.
         """
 
     @property
@@ -193,7 +194,7 @@ class World(Protocol):
         """
 
     def conveyor(self, prim: Prim) -> Surface:
-        """Return a handle to the surface velocity of a body, which makes it a conveyor. The velocity is initially zero.
+        """Make a body a conveyor, and return a handle to its surface velocity, which is initially zero.
 
         Args:
             prim: prim of a body that is fixed to the world or to another body.
@@ -214,7 +215,7 @@ class World(Protocol):
         """
 
     def bodies(self) -> Bodies:
-        """Return all bodies and their visible shapes; the result changes when a robot is added or removed."""
+        """Return all bodies and their visible shapes; only adding or removing a robot changes the result."""
 
     def poses(self) -> NDArray[np.float64]:
         """Return the position (m) and quaternion (x, y, z, w) of each body in the world frame: a new array, shape (bodies, 7)."""
@@ -315,12 +316,10 @@ def select_joints(articulation: Articulation, names: Sequence[str], indices: Seq
 
 
 def follower_warnings(articulation: Articulation, names: Collection[str]) -> list[str]:
-    """Return a warning for each of the named joints that mimics another joint, which should be commanded instead."""
-    leaders = zip(articulation.joint_names, articulation.leaders, strict=True)
+    """Return a warning for each named joint that mimics another joint; the warning advises to command the other joint."""
+    leaders, robot = zip(articulation.joint_names, articulation.leaders, strict=True), articulation.prim_path
     followers = [(name, leader) for name, leader in leaders if leader and name in names]
-    return [
-        f"joint {name} of {articulation.prim_path} follows {lead}: command {lead} instead" for name, lead in followers
-    ]
+    return [f"joint {name} of {robot} follows {leader}: command {leader} instead" for name, leader in followers]
 
 
 def joint_numbers(articulation: Articulation, names: Sequence[str]) -> list[int]:
@@ -334,8 +333,6 @@ def joint_numbers(articulation: Articulation, names: Sequence[str]) -> list[int]
     known, found = articulation.joint_names, select_joints(articulation, names, ())
     for name, index in zip(names, found, strict=False):
         if index >= len(known):
-            text = (
-                f"actuator {name!r} of {articulation.prim_path} does not move exactly one joint, so it has no position"
-            )
+            text = f"actuator {name!r} of {articulation.prim_path} has no position: it does not move exactly one joint"
             raise JointError(text, name, listing(known, "joints"))
     return found

@@ -54,7 +54,7 @@ class Picture:
     segmentation: NDArray[np.int32] | None = None
     """Segmentation ID of the prim visible at each pixel, shape (height, width); 0 for no prim. None unless it was requested."""
     boxes: NDArray[np.void] | None = None
-    """BOX_3D records of all prims of finite size, also of those outside the image; None unless segmentation was requested."""
+    """BOX_3D records of all prims of finite size, inside and outside the image; None unless segmentation was requested."""
 
 
 class Camera(TickSensor, Protocol):
@@ -82,10 +82,10 @@ class Camera(TickSensor, Protocol):
 
     @property
     def labels(self) -> Mapping[int, str]:
-        """Prim path for each segmentation ID."""
+        """A dict from segmentation IDs to prim paths."""
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Request the image of this tick. It is captured if a sample is due, and only once, however often it is requested.
+        """Request the image of this tick. If a sample is due, the image is captured; several requests capture one image.
 
         Args:
             segmentation: whether the image needs `segmentation` and `boxes`.
@@ -123,7 +123,7 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
 
 
 class _PictureReader(SampleReader):
-    """Requests the image of each tick, and returns the image that is delivered in it."""
+    """Requests the image of each tick, and returns the image that is delivered in this tick."""
 
     lasts = False
 
@@ -176,8 +176,8 @@ class CameraStub(Stub):
         Args:
             rgb: colours, 0 to 255, shape (height, width, 3).
             depth: distance along the optical axis, m; one value for all pixels, or one per pixel.
-            segmentation: segmentation ID of the visible prim; one for all pixels, or one per pixel.
-            boxes: BOX_3D records; None stands for no boxes.
+            segmentation: segmentation ID of the visible prim; one ID for all pixels, or one per pixel.
+            boxes: BOX_3D records; None means no boxes.
             time: simulation time of the capture, s.
             index: sample index since the start of play.
         """
@@ -203,7 +203,7 @@ class CameraStub(Stub):
         return self._picture
 
     def preview(self) -> Future[Picture]:
-        """Return a completed future with the image that the test set, or with a black image if it set none."""
+        """Return a completed future with the image that the test set; without such an image, with a black image."""
         self.previews += 1
         width, height = self.size
         black = np.zeros((height, width, 3), np.uint8)

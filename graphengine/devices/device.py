@@ -1,4 +1,4 @@
-"""The registry of devices: sensors and grippers. One module of this package defines each kind: its readings, Protocol and stub.
+"""The registry of devices: sensors and grippers. A module of this package defines each kind: its readings, Protocol and stub.
 
     @device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor")
     class ContactSensorStub(Stub): ...
@@ -22,7 +22,7 @@ R = TypeVar("R")
 
 
 class Sensor(Protocol):
-    """The Protocol that all sensors and grippers have in common."""
+    """The common Protocol of all sensors and grippers."""
 
     @property
     def prim_path(self) -> str:
@@ -53,11 +53,10 @@ class TickSensor(SampledSensor, Protocol):
 
 
 class Stub(Shared):
-    """Base class of device stubs, which stand in for devices in `graphrun check` and in tests. Tests set their readings.
+    """Base class of stubs, which replace devices in `graphrun check` and in tests. Tests set the readings of stubs.
 
     Args:
-        prim: prim of the device; its `facts` hold the values of the device's profile, which replace the class attributes of the
-            same names.
+        prim: prim of the device. The profile's values in `facts` of the prim replace the class attributes with the same names.
     """
 
     rate = 30.0
@@ -70,7 +69,7 @@ class Stub(Shared):
 
 
 class ReadingStub(Stub, Generic[R]):
-    """Base class of stubs whose reading a test assigns to `measured`, or sets by a method `measure` of the subclass."""
+    """Base class of stubs whose reading a test assigns to `measured`, or sets with a method `measure` of the subclass."""
 
     measured: R
 
@@ -80,14 +79,14 @@ class ReadingStub(Stub, Generic[R]):
 
 
 class SampleReader:
-    """Calls a method of a device in the ticks with a new sample: in all ticks if it has no rate.
+    """Calls a method of a device in each tick with a new sample; in every tick if the device has no rate.
 
     Args:
         method: name of the method, which returns a sample.
     """
 
     lasts = True
-    """Whether the method returns the newest sample also in ticks without a new one; otherwise it then returns None."""
+    """Whether the method returns the newest sample in ticks without a new sample too; if false, it then returns None."""
 
     def __init__(self, method: str) -> None:
         self.method = method
@@ -104,14 +103,14 @@ class Device:
     Attributes:
         kind: name of the kind. Robot files use it as `type`, prims as their kind, and profiles as the name of a section.
         stub: function that returns a stub, given a prim and options.
-        usd: USD type of the device's prims, which the service GetPrims returns. For a kind that Isaac Sim does not have, choose
-            a name, such as `RangeSensor`.
-        title: the kind with an article, for messages, such as `a lidar`.
+        usd: USD type of the device's prims for the service GetPrims. For a kind that Isaac Sim does not have, choose a name, such
+            as `RangeSensor`.
+        title: name of the kind in messages, with an article, such as `a lidar`.
         child: name of the device's prim, which is a child of the mount's prim; empty if the mount's prim is the device.
         orientation: orientation of the device's prim in the mount's frame.
-        in_rigs: whether a rig, a sensor that consists of several devices, may contain devices of this kind.
-        sample: reader that returns the sample of a device in this tick, or None if it has no new one; called once in each tick,
-            after the graphs. None for a device that is no sensor.
+        in_rigs: whether a rig (a sensor that consists of several devices) may contain devices of this kind.
+        sample: reader that returns the new sample of a device in this tick, or None without a new sample; called once in each
+            tick, after the graphs. None for a device that is not a sensor.
         ticks_only: whether the device has at most one sample per tick. Graphs that run at physics steps cannot read such devices.
     """
 
@@ -127,12 +126,12 @@ class Device:
 
 
 def when_due(method: str) -> SampleReader:
-    """Return the reader that calls this method of a device."""
+    """Return a reader that calls the method with this name."""
     return SampleReader(method)
 
 
 DEVICE_OF: dict[Any, Device] = {}
-"""The registered kind of device, by the Protocol, the stub and the implementation of the kind."""
+"""A dict to each registered kind of device from its Protocol, from its stub and from its implementation."""
 
 
 def device(
@@ -163,7 +162,5 @@ def device_of(interface: Callable[..., Any]) -> Device:
         TypeError: the argument belongs to no registered kind.
     """
     if interface not in DEVICE_OF:
-        raise TypeError(
-            f"{interface!r} is not a device; pass a Protocol that a module of graphengine.devices registers"
-        )
+        raise TypeError(f"{interface!r} is not a device; pass a Protocol that a module of graphengine.devices defines")
     return DEVICE_OF[interface]

@@ -113,7 +113,7 @@ class DryWorld(Stateful):
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """Return the stub of a prim, always the same object. The stub moves with the parent's stub until `place` moves it."""
+        """Return the stub of a prim, the same object at each call. It moves with the stub of the parent prim until `place`."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
@@ -122,7 +122,7 @@ class DryWorld(Stateful):
     frame = body
 
     def mass(self, prim: Prim) -> float:
-        """Return 1 kg, whatever the prim is."""
+        """Return 1 kg for every prim."""
         return 1.0
 
     def placement(self, prim: Prim) -> BodyStub | None:
@@ -192,6 +192,11 @@ class BodyStub(Shared):
         """Set the pose in the world frame and a velocity of zero, and detach the prim from its carrier."""
         self.position, self.orientation, self.carrier = position, orientation, None
         self.linear = self.angular = (0.0, 0.0, 0.0)
+
+    @property
+    def released(self) -> bool:
+        """Whether the handle is no longer valid; always false."""
+        return False
 
     def velocity(self) -> tuple[Vector3, Vector3]:
         """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame."""

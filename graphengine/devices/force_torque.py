@@ -13,7 +13,7 @@ from graphengine.format.errors import ContextError
 
 @dataclass(frozen=True, slots=True)
 class Wrench:
-    """The force and the torque that a joint transmits: the mean over one tick. The profile chooses their axes and direction."""
+    """The force and the torque that a joint transmits, mean over one tick. The profile selects their axes and their sign."""
 
     time: float
     """Simulation time at the end of the tick, s."""
@@ -26,19 +26,19 @@ class Wrench:
 
 
 class ForceTorqueSensor(TickSensor, Protocol):
-    """A sensor in the joint above a link, which measures the wrench between this link and its parent link."""
+    """A sensor in the joint above a link. It measures the wrench between this link and its parent link."""
 
     def reading(self) -> Wrench:
         """Return the newest sample; all callers get the same object."""
 
 
 def measured_link(prim: Prim) -> Prim:
-    """Return the link on which a sensor is; the sensor measures in the joint above it.
+    """Return the link on which a sensor is mounted; the sensor measures in the joint above this link.
 
     Raises:
         ContextError: the sensor is not on a link, or no joint carries the link.
     """
-    link = next((above for above in prim.ancestors() if above.kind == "link"), prim)
+    link = prim.nearest("link") or prim
     if link.parent is None or link.parent.kind != "link":
         advice = "mount it on the child link of the joint at which it measures"
         raise ContextError(f"{prim.path} has no joint above it: it is on the root link", prim.path, advice)

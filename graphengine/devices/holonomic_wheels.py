@@ -9,9 +9,9 @@ from graphengine.devices.rotation import Vector3
 
 @dataclass(frozen=True, slots=True)
 class HolonomicWheel:
-    """A wheel with rollers, which grips the floor only along the roller axis.
+    """A wheel with rollers: it grips the floor only along the roller axis.
 
-    The attributes describe the wheel while all joints of the robot are at position zero.
+    The attributes are the values with all joints of the robot at position zero.
     """
 
     joint: str

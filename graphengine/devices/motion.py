@@ -23,6 +23,10 @@ class Frame(Protocol):
     def pose(self) -> tuple[Vector3, Quaternion]:
         """Return position (m) and orientation of the prim in the world frame."""
 
+    @property
+    def released(self) -> bool:
+        """Whether the handle is no longer valid, because its prim was removed or its world was closed."""
+
 
 class Body(Frame, Protocol):
     """A handle to the pose and velocity of a prim that is a rigid body or is fixed to one."""
@@ -107,7 +111,7 @@ class JointSelection(Protocol):
         """
 
     def undriven(self, kind: CommandKind) -> Sequence[str]:
-        """Return the names of the selected joints on which commands of a kind have no effect, because no drive takes them."""
+        """Return the names of the selected joints without a drive for this kind of command; such commands have no effect."""
 
 
 class Articulation(Protocol):
@@ -123,14 +127,14 @@ class Articulation(Protocol):
 
     @property
     def actuators(self) -> Mapping[str, str]:
-        """Name of the joint that each actuator moves, by the actuator's name.
+        """A dict from the name of each actuator to the name of the joint that it moves.
 
         The joint's name is empty for an actuator that moves several joints or none.
         """
 
     @property
     def prismatic(self) -> tuple[bool, ...]:
-        """Whether each joint is prismatic; the others are revolute or continuous."""
+        """Whether each joint is prismatic; all other joints are revolute or continuous."""
 
     @property
     def ranges(self) -> tuple[tuple[float, float], ...]:
@@ -154,7 +158,7 @@ class Articulation(Protocol):
 
     @property
     def resets(self) -> int:
-        """Number of resets so far. A reset makes joint positions jump, so a node must not compute velocities across it."""
+        """Number of resets since the session began. Joint positions jump at a reset: compute no velocity from before to after."""
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
         """Return the joints with these names; without names, those with these indices; with neither, all joints.
@@ -186,7 +190,7 @@ class Articulation(Protocol):
 
 
 class JointFacts:
-    """Base class of implementations of `Articulation`: the attributes of joints that the facts of the robot's prim contain."""
+    """Base class of implementations of `Articulation`. It sets the attributes that the facts of the robot's prim give."""
 
     def __init__(self, robot: Prim) -> None:
         facts = robot.facts

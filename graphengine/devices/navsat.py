@@ -33,7 +33,7 @@ class NavSat(TickSensor, Protocol):
 
     @property
     def horizontal_noise(self) -> float:
-        """Standard deviation of the noise to the east, and of that to the north, m."""
+        """Standard deviation of the noise, to the east and to the north, m."""
 
     @property
     def vertical_noise(self) -> float:

@@ -18,7 +18,7 @@ class RangeReading:
     index: int
     """Sample index since the start of play."""
     range: float
-    """Distance to the nearest surface in the cone, m. As in REP 117, inf means no surface in range, and -inf one too close."""
+    """Distance to the nearest surface in the cone, m. As in REP 117, inf means no surface in range, -inf a surface too close."""
 
 
 class RangeSensor(TickSensor, Protocol):

@@ -1,4 +1,4 @@
-"""The sensors of robots, by the names that users give them."""
+"""Finds the sensors of a robot by the names that users give them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from graphengine.format.kinds import DEVICES
 
 
 def sensors_of(stage: Stage, robot: Prim) -> dict[str, Prim]:
-    """Return the prims of a robot's sensors by name, in the order of the robot file."""
+    """Return a dict from the names of a robot's sensors to their prims, in the order of the robot file."""
     kinds = {kind for kind, device in DEVICES.all.items() if device.sample is not None}
     sensors: dict[str, Prim] = {}
     for mount, path in robot.facts["mounts"].items():

@@ -54,12 +54,12 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def unrotate(q: Quaternion, v: Vector3) -> Vector3:
-    """Return the vector v, rotated by the inverse of q. If q is a body's orientation, this converts v to the body's frame."""
+    """Return the vector v, rotated by the inverse of q. If q is a body's orientation, the result is v in the body's frame."""
     return rotate((-q[0], -q[1], -q[2], q[3]), v)
 
 
 def compose(parent: Pose, child: Pose) -> Pose:
-    """Return the pose of a child in the frame in which the pose of its parent is given.
+    """Return the pose of a child in the frame of its parent's pose.
 
     Args:
         parent: pose of the parent.
@@ -78,7 +78,7 @@ def relative(parent: Pose, child: Pose) -> Pose:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation for roll, pitch and yaw, rad, as in URDF: about the fixed x axis, then the y axis, then the z axis."""
+    """Return the rotation for roll, pitch and yaw (rad) as in URDF: about the fixed x axis, then the y axis, then the z axis."""
     sr, cr = math.sin(roll / 2), math.cos(roll / 2)
     sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
     sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
@@ -91,7 +91,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def to_rpy(q: Quaternion) -> Vector3:
-    """Return the roll, pitch and yaw of a unit quaternion, rad: the angles of which `from_rpy` makes the same rotation."""
+    """Return the roll, pitch and yaw of a unit quaternion, rad: the arguments with which `from_rpy` returns this rotation."""
     x, y, z, w = q
     sine = 2.0 * (w * y - z * x)
     if abs(sine) < _STEEP:

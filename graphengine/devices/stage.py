@@ -54,7 +54,7 @@ class Prim(Shared):
     name_override: str = ""
     """Value of the attribute `isaac:nameOverride`."""
     facts: dict[str, Any] = field(default_factory=dict)
-    """Data that depend on the kind of the prim, such as the profile of a lidar or the joints of a robot."""
+    """Data for the kind of the prim, such as the profile of a lidar or the joints of a robot."""
     children: dict[str, Prim] = field(default_factory=dict, repr=False)
 
     @property
@@ -91,8 +91,12 @@ class Prim(Shared):
             yield prim
             prim = prim.parent
 
+    def nearest(self, kind: PrimKind) -> Prim | None:
+        """Return the prim itself if it has this kind, otherwise its nearest ancestor of this kind; None without such a prim."""
+        return next((prim for prim in self.ancestors() if prim.kind == kind), None)
+
     def descendants(self) -> Iterator[Prim]:
-        """Yield the prim itself, then all prims below it, depth first in order of definition."""
+        """Yield the prim itself, then all prims below it, depth first, siblings in order of definition."""
         pending = [self]
         while pending:
             prim = pending.pop()
@@ -188,19 +192,18 @@ class Stage:
         if len(found) == 1:
             return found[0]
         if found:
-            raise AmbiguousPrimError(
-                f"{path!r} could mean {len(found)} prims", path, listing([prim.path for prim in found], "write one of")
-            )
+            remedy = listing([prim.path for prim in found], "write one of")
+            raise AmbiguousPrimError(f"{path!r} could mean {len(found)} prims", path, remedy)
         raise self._missing(path, wanted)
 
     def _meant(self, wanted: str) -> list[Prim]:
-        """Return the prims to which a path refers: the one at exactly this path, or those that it denotes without `Geometry`."""
+        """Return the prims that a path denotes: the prim at exactly this path, or all prims at this path without `Geometry`."""
         if wanted in self._by_path:
             return [self._by_path[wanted]]
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
     def _laid_flat(self, wanted: str) -> list[Prim]:
-        """Return the prims that match a path which leaves out the links between a robot and one of its links."""
+        """Return the prims that match a path without the links between a robot and one of its links."""
         robot, rest = self._descend(wanted, flat=False)
         while robot.kind != "robot" and robot.parent is not None:
             rest, robot = [robot.name, *rest], robot.parent
@@ -209,7 +212,7 @@ class Stage:
         return [prim for path in paths for prim in self._meant(path)]
 
     def is_literal(self, path: str, prim: Prim) -> bool:
-        """Return whether a path to a prim names all links above the prim. The result is true even if `Geometry` is left out."""
+        """Return whether a path to a prim names all links above the prim; the path may leave out `Geometry`."""
         return _is_short_for(normalize(path), prim.path)
 
     def obstacle(self, path: str) -> Prim | None:
@@ -257,16 +260,16 @@ class Stage:
         return len(self._meant(wanted) or self._laid_flat(wanted)) == 1
 
     def prims(self, kind: PrimKind | None = None) -> Iterator[Prim]:
-        """Yield all prims, or all prims of one kind, depth first in order of definition."""
+        """Yield all prims, or all prims of one kind, depth first, siblings in order of definition."""
         return (prim for prim in self.root.descendants() if kind is None or prim.kind == kind)
 
     def robots(self) -> dict[str, Prim]:
-        """Return the prims of all robots by the names of the robots in the scene, depth first in order of definition."""
+        """Return a dict from the names of all robots to their prims, depth first, siblings in order of definition."""
         return {prim.entity_name: prim for prim in self.prims("robot")}
 
     def robot_of(self, prim: Prim) -> Prim | None:
-        """Return the prim of the robot to which a prim belongs, or None if it belongs to none."""
-        return next((p for p in prim.ancestors() if p.kind == "robot"), None)
+        """Return the prim of the robot to which a prim belongs, or None if the prim belongs to no robot."""
+        return prim.nearest("robot")
 
     def stands_for_robot(self, prim: Prim) -> Prim | None:
         """Return the robot that a prim identifies as its root prim, base link or articulation root; None for any other prim."""
@@ -284,7 +287,7 @@ class Stage:
         return [above.namespace for above in reversed([*prim.ancestors()]) if above.namespace]
 
     def define(self, path: str) -> Prim:
-        """Return the prim at a path. If it does not exist, add it and its missing ancestors as scopes."""
+        """Return the prim at a path. If no prim exists there, add a scope, and scopes for its missing ancestors."""
         prim, rest = self._descend(path)
         return self.add("/".join([prim.path.rstrip("/"), *rest]), "scope") if rest else prim
 
@@ -301,7 +304,7 @@ class Stage:
 
 def housing_of(prim: Prim) -> str:
     """Return the name of the visible body of a sensor with an appearance: the robot's name and the path below the robot."""
-    robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
+    robot = prim.nearest("robot")
     above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
     return name + prim.path.removeprefix(above)
 

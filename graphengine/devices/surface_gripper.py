@@ -9,7 +9,7 @@ from graphengine.devices.device import Sensor, Stub, device
 from graphengine.devices.stage import Prim
 
 GripperStatus = Literal["Open", "Closing", "Closed"]
-"""Status of a surface gripper: `Closing` while some grip points do not hold a body yet, `Closed` when all points hold one."""
+"""Status of a surface gripper: `Closing` until all grip points hold a body, then `Closed`."""
 
 
 class SurfaceGripperDevice(Sensor, Protocol):
@@ -24,7 +24,7 @@ class SurfaceGripperDevice(Sensor, Protocol):
 
     @property
     def gripped(self) -> Sequence[str]:
-        """Prim paths of all held bodies in the order of the grip points, each once; geometry without a body is left out."""
+        """Prim paths of all held bodies, each once, in the order of the grip points; geometry without a body is left out."""
 
     def close(self) -> None:
         """Start to grip the bodies in front of the grip points, from the next physics step on.

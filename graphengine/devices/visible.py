@@ -51,10 +51,10 @@ class Bodies:
         names: names of the bodies; the first is the world.
         moving: whether each body can move.
         shapes: visible shapes of all bodies.
-        surfaces: triangle meshes, by name.
-        textures: textures by name; arrays of shape (height, width, channels) with the top row first.
-        coordinates: texture coordinates of the triangle corners by mesh name, shape (triangles, 3, 2). The origin is the upper
-            left corner of the texture. Meshes without texture coordinates are left out.
+        surfaces: a dict from names to triangle meshes.
+        textures: a dict from names to textures: arrays of shape (height, width, channels) with the top row first.
+        coordinates: a dict from mesh names to texture coordinates of the triangle corners, shape (triangles, 3, 2). The origin is
+            the upper left corner of the texture. Meshes without texture coordinates are left out.
     """
 
     names: Sequence[str] = ()

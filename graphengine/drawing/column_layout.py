@@ -19,7 +19,7 @@ Port = tuple[int, float]
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
-    """Return an arrangement with boxes in columns and routed links. The time is linear in the number of boxes and links."""
+    """Return an arrangement with boxes in columns and routed links, in a time linear in the number of boxes and links."""
     ranks = _ranks(boxes, links)
     lanes: dict[int, dict[Port, int]] = {gap: {} for gap in range(-1, max(ranks, default=0) + 1)}
     above: dict[Port, int] = {}
@@ -42,7 +42,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 
 
 def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]:
-    """Return the column number of each box. Links lead to the right, except for some links in cycles."""
+    """Return the column number of each box, with all links to the right except for some links in cycles."""
     following: list[list[int]] = [[] for _ in boxes]
     missing = [0] * len(boxes)
     for link in links:
@@ -69,7 +69,7 @@ def _ranks(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> list[int]
 def _placed(
     boxes: Sequence[LayoutBox], ranks: Sequence[int], lanes: dict[int, dict[Port, int]]
 ) -> tuple[tuple[Point, ...], dict[int, float]]:
-    """Return the top left corner of each box, and for each column the x position where the gap to its right begins."""
+    """Return the top left corner of each box, and a dict from columns to the left edges of the gaps to their right, px."""
     columns: dict[int, list[int]] = {}
     for index, rank in enumerate(ranks):
         columns.setdefault(rank, []).append(index)

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeVar
 from graphengine.compiler.budget import Via
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.subgraph_expansion import NodeEntry, WireEntry
-from graphengine.format.diagnostics import Finding, Findings, Span
+from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.document import Value
 
 CIRCLES = ("G209", "G210")
@@ -17,7 +17,7 @@ CIRCLES = ("G209", "G210")
 
 
 class _EndNode(NamedTuple):
-    """The node at one end of a wire; `via` has the uses of the subgraphs that contain the wire."""
+    """The node at one end of a wire; `via` lists the uses of the subgraphs around the wire."""
 
     node: str
     via: Via
@@ -31,8 +31,8 @@ class AssignedFindings:
     """The findings of each node and of the whole graph.
 
     Attributes:
-        nodes: findings by node id.
-        circular: wires that form a cycle.
+        nodes: a dict from node ids to findings.
+        circular: wires of cycles.
         graph: findings in the graph's files that belong to no node.
     """
 
@@ -44,7 +44,7 @@ class AssignedFindings:
 def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
     """Return the findings of a graph, assigned to nodes.
 
-    A finding belongs to the nodes in the cycle that it reports, to the node at its position, or to the ends of the wire there.
+    A finding on a cycle belongs to the nodes of the cycle; another finding to the node, or to the ends of the wire, at its span.
     """
     assigned = AssignedFindings()
     regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
@@ -58,7 +58,8 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
             continue
         circle = _circle(finding, graph) if finding.code in CIRCLES else ()
         assigned.circular += circle
-        within = [entry for entry, low, high in regions if _is_within(span, entry.document.source.path, low, high)]
+        path, at = span.source.path, (span.line, span.column)
+        within = [one for one, low, high in regions if one.document.source.path == path and low <= at <= high]
         owners = [wire.target.node for wire in circle] or [entry.id for entry in _told_of(finding, within)]
         owners = owners or [end.node for end in _told_of(finding, ends.get((str(span), span.length), ()))]
         for owner in dict.fromkeys(owners):
@@ -68,13 +69,13 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
     return assigned
 
 
-def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
+def _told_of(finding: Finding, items: Sequence[T]) -> Sequence[T]:
     """Return the nodes or wires to which a finding applies.
 
-    If a subgraph is used several times and the finding names one use, only nodes or wires in this use are returned.
+    If the finding names one of several uses of a subgraph, only nodes or wires in this use are returned.
     """
-    told = set(finding.related)
-    return [thing for thing in things if told.issuperset(thing.via)] or things
+    named = set(finding.related)
+    return [item for item in items if named.issuperset(item.via)] or items
 
 
 def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
@@ -84,7 +85,7 @@ def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
 
 
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
-    """Return the nodes at the ends of wires, by the span of each end; the span of a whole wire gives its target node."""
+    """Return a dict from spans of wire ends to their nodes; the span of a whole wire gives the target node."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
@@ -95,7 +96,7 @@ def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
 
 
 def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return where a node begins in its file, and where its last key or value is, each as line and column."""
+    """Return the positions (line, column) of the beginning of a node and of its last key or value in the file."""
     key = entry.key_span()
     last = (key.line, key.column)
     found = entry.document.find(*entry.location)
@@ -111,7 +112,3 @@ def _children(value: Value) -> Iterable[Value]:
     if isinstance(value.data, dict):
         return value.data.values()
     return value.data if isinstance(value.data, list) else ()
-
-
-def _is_within(span: Span, path: str, low: tuple[int, int], high: tuple[int, int]) -> bool:
-    return span.source.path == path and low <= (span.line, span.column) <= high

@@ -15,9 +15,9 @@ GAP = (44.0, 28.0)
 
 @dataclass(frozen=True, slots=True)
 class LayoutBox:
-    """A rectangle for a layout to place.
+    """A rectangle without a final position; `place` is the position in the graph file.
 
-    `edge` forces the box into the first or last column. `place` is the position that the graph file gives.
+    `edge` forces the box into the first or last column.
     """
 
     width: float
@@ -28,7 +28,7 @@ class LayoutBox:
 
 @dataclass(frozen=True, slots=True)
 class LayoutLink:
-    """A link from the right side of one box to the left side of another; `source_y` and `target_y` start at the box tops."""
+    """A link from the right side of a box to the left side of another; `source_y` and `target_y` are distances from the tops."""
 
     source: int
     source_y: float
@@ -56,7 +56,7 @@ def bounds(
 
 
 def ends(boxes: Sequence[LayoutBox], corners: Sequence[Point], link: LayoutLink) -> tuple[Point, Point]:
-    """Return the start point of a link on the source box, and its end point on the target box."""
+    """Return the start point of a link on the source box, and the end point on the target box."""
     (x, y), (other_x, other_y) = corners[link.source], corners[link.target]
     return (x + boxes[link.source].width, y + link.source_y), (other_x, other_y + link.target_y)
 

@@ -21,11 +21,11 @@ from graphengine.format.errors import UsageError
 _LOOP = 10.0
 """Distance between a box and its first link to itself, and between two such links, px."""
 _STUB = 9.0
-"""Minimum length of a link's straight line at a box, with room for an arrow head, px."""
+"""Minimum length of the straight line at the end of a link, with room for an arrow head, px."""
 _CLEAR = 6.0
 """Minimum vertical distance between a box and links of other boxes, px."""
 _TOUCH = 0.01
-"""Depth inside a box up to which a line counts as running along the border, px."""
+"""Maximum depth inside a box of a line that counts as part of the border, px."""
 
 _OPTIONS: dict[str, Any] = {
     "direction": "leftright",
@@ -78,7 +78,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 def _mended(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink], routes: Sequence[Route]
 ) -> Sequence[Route]:
-    """Return routes that cross no box. In cyclic graphs, graphlay routes a few links through boxes; these get new routes."""
+    """Return routes that cross no box: in cyclic graphs, new routes for the few links that graphlay leads through boxes."""
     low = np.array(corners)
     high = low + np.array([(box.width, box.height) for box in boxes])
     wrong = [number for number, route in enumerate(routes) if _crosses(route, low, high)]
@@ -121,7 +121,7 @@ def _around(begin: Point, end: Point, top: float, distance: float) -> Route:
 
 
 def _squared(begin: Point, corners: Iterable[Point], end: Point) -> Route:
-    """Return a polyline from port to port close to the given corners, with exactly horizontal and vertical lines."""
+    """Return a polyline between two ports with exactly horizontal and vertical lines, close to the given corners."""
     route = [begin]
     for x, y in corners:
         last_x, last_y = route[-1]

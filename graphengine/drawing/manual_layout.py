@@ -1,4 +1,4 @@
-"""Layout by the positions in a graph file, scaled up until no boxes overlap."""
+"""Layout with the positions in a graph file, scaled up until no boxes overlap."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from graphengine.drawing import layered_layout, routing
 from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, bounds
 
 MAX_STRETCH = 6.0
-"""Maximum scale factor of the given positions; boxes that need a larger factor get new positions."""
+"""Maximum scale factor of positions; boxes that need a larger factor get new positions."""
 
 _CLEAR = 0.1
-"""Addition to the minimum distance, px, so that rounding errors cause no overlap."""
+"""Addition to the minimum distance against overlaps by rounding errors, px."""
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
-    """Return an arrangement with the given positions, scaled up until no boxes overlap.
+    """Return an arrangement with the positions of the boxes, scaled up until no boxes overlap.
 
-    Boxes without a position are placed below the others, in columns.
+    Boxes without a position get positions in columns below the others.
     """
     corners = _corners(boxes, links)
     return Arrangement(corners, tuple(routing.routes(boxes, corners, links)))
@@ -45,7 +45,7 @@ def _corners(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> tuple[P
 
 
 def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
-    """Return the scaled positions by box index; boxes that would need a factor above `MAX_STRETCH` are left out."""
+    """Return a dict from box indices to scaled positions, without boxes that need a factor above `MAX_STRETCH`."""
     kept: list[int] = []
     stretch = 1.0
     for index, box in enumerate(boxes):
@@ -60,7 +60,7 @@ def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
 
 
 def _needed_stretch(box: LayoutBox, place: Point, others: Sequence[LayoutBox]) -> float:
-    """Return the smallest scale factor at which a box at `place` overlaps no other box."""
+    """Return the smallest scale factor of all positions at which a box at `place` overlaps no other box."""
     if not others:
         return 1.0
     there = np.array([other.place for other in others])

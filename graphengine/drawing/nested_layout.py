@@ -1,7 +1,7 @@
 """Layout of a graph with nested subgraphs.
 
-Each subgraph is laid out separately and is one box in the graph around it. A wire into or out of a subgraph has a port on the
-border of the subgraph. In the layout of the subgraph, this port is a box without width in the first or last column.
+Each subgraph has its own layout, and is a box in the layout of the graph around it. A wire into or out of a subgraph has a port
+on the border of the subgraph. In the layout of the subgraph, this port is a box without width in the first or last column.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from graphengine.drawing.node_box import NodeBox, make_box
 from graphengine.drawing.view_model import GraphView, PortPlace, WireView
 
 MAX_LEVEL, MAX_WHOLE = 200, 600
-"""Maximum number of boxes plus links for layouts in cubic time: in one level, and in the whole graph."""
+"""Maximum number of boxes plus links in a level, and in the whole graph, for layouts in cubic time."""
 
 _PADDING = 18.0
 """Distance between the border of a subgraph and its contents, px."""
@@ -25,7 +25,7 @@ _PIN = 1.0
 """Half the height of the box that represents a port on a border, px."""
 
 Pin = tuple[str, bool, PortPlace]
-"""A port on a subgraph's border: the subgraph, whether the wires lead inward, and their node and port inside."""
+"""A port on a subgraph's border: the subgraph, whether wires lead inward, and the node and port to which they lead inside."""
 
 
 @dataclass(slots=True)
@@ -40,7 +40,7 @@ class SubgraphFrame:
 
 @dataclass(slots=True)
 class GraphLayout:
-    """A complete layout: boxes and corners of nodes by id, borders of subgraphs, and the polyline of each wire."""
+    """A complete layout: dicts from node ids to boxes and to corners, borders of subgraphs, and the polyline of each wire."""
 
     boxes: dict[str, NodeBox]
     corners: dict[str, Point] = field(default_factory=dict)
@@ -57,11 +57,11 @@ class _Level:
     width: float
     height: float
     corners: dict[str, Point]
-    """Top left corners of the nodes and subgraphs directly in this level, by id."""
+    """A dict from ids of the nodes and subgraphs directly in this level to their top left corners."""
     pins: dict[Pin, float]
-    """Vertical positions of the ports on the border."""
+    """A dict from ports on the border to their vertical positions, px."""
     pieces: dict[int, Route]
-    """The part of each wire that lies in this level, by number of the wire."""
+    """A dict from the numbers of wires to their sections in this level."""
 
 
 def arrange(view: GraphView) -> GraphLayout:
@@ -83,7 +83,7 @@ def arrange(view: GraphView) -> GraphLayout:
 
 
 def _put(layout: GraphLayout, levels: dict[str, _Level], group: str, at: Point, pieces: dict[int, list[Route]]) -> None:
-    """Add a subgraph and all its inner subgraphs to the layout, converted to coordinates of the drawing."""
+    """Add a subgraph and all its inner subgraphs to the layout, in coordinates of the drawing."""
     level = levels[group]
     for number, route in level.pieces.items():
         pieces.setdefault(number, []).append(tuple((x + at[0], y + at[1]) for x, y in route))
@@ -97,7 +97,7 @@ def _put(layout: GraphLayout, levels: dict[str, _Level], group: str, at: Point, 
 
 
 def _joined(pieces: Sequence[Route]) -> Route:
-    """Return the parts of a wire, joined to one polyline. Each part begins where another ends, in any order."""
+    """Return the sections of a wire, in any order, joined to a polyline; each section begins where another ends."""
     if not pieces:
         return ()
     starts = {_place(piece[0]): piece for piece in pieces}
@@ -128,7 +128,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
     pins: dict[Pin, int] = {}
 
     def end(wire: WireView, *, begins: bool) -> tuple[int, float]:
-        """Return where the part of a wire in this level begins or ends: the box, and the distance from its top."""
+        """Return the box at the beginning or end of a wire's section in this level, and the distance from its top."""
         (node, port), inner = (wire.source, wire.target) if begins else (wire.target, wire.source)
         if not _holds(group, node):
             pin = (group, begins, inner)
@@ -154,7 +154,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
 def _way(
     view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
 ) -> Callable[[Sequence[LayoutBox], Sequence[LayoutLink]], Arrangement]:
-    """Return the layout function for a level. The choice depends on the numbers of boxes and links, never on time."""
+    """Return the layout function for a level, chosen by the numbers of boxes and links."""
     whole = len(view.nodes) + len(view.wires)
     if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
         return column_layout.arrange
@@ -166,13 +166,13 @@ def _holds(group: str, node: str) -> bool:
 
 
 def _child(group: str, node: str) -> str:
-    """Return the direct child of a group that is or contains a node: the id of the node itself, or of a subgraph."""
+    """Return the id of a node that is directly in a group, or of the subgraph in the group that contains the node."""
     start = len(group) + 1 if group else 0
     return node[:start] + node[start:].partition("/")[0]
 
 
 def _touches(group: str, wire: WireView) -> bool:
-    """Return whether a part of a wire lies directly in a group, not inside one of its subgraphs."""
+    """Return whether a section of a wire lies in a group but outside of its subgraphs."""
     children = [_child(group, node) for node, _ in (wire.source, wire.target) if _holds(group, node)]
     return len(children) == 1 or len(set(children)) == 2 or children[:1] == [wire.source[0]]
 

@@ -11,7 +11,7 @@ from graphengine.format.diagnostics import Finding
 NAME_SIZE, TYPE_SIZE, PORT_SIZE = 13.0, 12.0, 12.0
 """Font sizes, px."""
 HEAD, ROW, FOOT = 40.0, 20.0, 7.0
-"""Heights of the two lines at the top of a box, of each line of ports, and of the space at the bottom, px."""
+"""Heights of the head of a box, of a line of ports, and of the space at the bottom, px."""
 MARGIN = 12.0
 """Distance between a side of the box and the texts of ports, px."""
 
@@ -19,12 +19,12 @@ _BETWEEN = 18.0
 """Minimum distance between the texts of two ports on one line, px."""
 _NAME_LIMIT, _PORT_LIMIT, _VALUE_LIMIT = 260.0, 200.0, 126.0
 _MARKS = 4
-"""Maximum number of lines for findings on a box; the tooltip has all findings."""
+"""Maximum number of lines for findings on a box; the tooltip contains all findings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """The name and value of a port, to be drawn beside the port."""
+    """The name and value of a port, drawn beside the port."""
 
     view: PortView
     side: str
@@ -36,7 +36,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A line on a box about one finding, or about several findings with the same code."""
+    """A line on a box for all findings of the node with the same code."""
 
     severity: str
     text: str
@@ -56,7 +56,7 @@ class NodeBox:
     labels: tuple[Label, ...]
     marks: tuple[Mark, ...]
     heights: dict[Key, float]
-    """Distance of each port from the top of the box, px."""
+    """A dict from ports to their distances from the top of the box, px."""
 
     @property
     def severity(self) -> str:
@@ -73,8 +73,8 @@ def make_box(view: NodeView) -> NodeBox:
     wide = max(width(name, NAME_SIZE, bold=True), width(type_name, TYPE_SIZE)) + 2 * MARGIN
     labels: list[Label] = []
     for side in ("left", "right"):
-        shown = [(name, port) for (at, name), port in view.ports.items() if at == side]
-        labels += [_label(port, side, HEAD + ROW * (row + 0.5)) for row, (_, port) in enumerate(shown)]
+        shown = [port for (at, _), port in view.ports.items() if at == side]
+        labels += [_label(port, side, HEAD + ROW * (row + 0.5)) for row, port in enumerate(shown)]
     rows: dict[float, float] = {}
     for label in labels:
         text = f"{label.name} {label.value}" if label.value else label.name
@@ -93,7 +93,7 @@ def _label(port: PortView, side: str, y: float) -> Label:
 
 
 def _marks(findings: list[Finding], top: float) -> tuple[Mark, ...]:
-    """Return the lines about findings, one per finding code, errors first."""
+    """Return a line for each finding code, errors first."""
     codes: dict[tuple[bool, str], list[Finding]] = {}
     for finding in findings:
         codes.setdefault((finding.severity != "error", finding.code), []).append(finding)

@@ -1,7 +1,7 @@
 """A drawing as one HTML file: the SVG with pan, zoom, and a line with details of the selected element.
 
-It opens from disk and makes no network requests: its content security policy allows only one script and two style sheets, by
-their digests.
+The file opens from disk and makes no network requests. Its content security policy allows only one script and two style sheets,
+given by their digests.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from graphengine.drawing.view_model import GraphView
 
 
 def draw(views: Sequence[GraphView]) -> str:
-    """Return one page with all graphs, one below the other.
+    """Return a page with all graphs, one below the other.
 
     Raises:
         UsageError: the layout library is not installed.
@@ -26,19 +26,12 @@ def draw(views: Sequence[GraphView]) -> str:
     folder = resources.files(__package__)
     style, script = (folder.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
     title = svg.escape(", ".join(view.title for view in views))
-    policy = "; ".join(
-        (
-            "default-src 'none'",
-            f"script-src {digest(script)}",
-            f"style-src {digest(style)} {digest(svg.STYLE)}",
-            "base-uri 'none'",
-            "form-action 'none'",
-        )
-    )
+    policy = f"default-src 'none'; script-src {digest(script)}; style-src {digest(style)} {digest(svg.STYLE)}; "
+    policy += "base-uri 'none'; form-action 'none'"
     page = Template(folder.joinpath("page.html").read_text(encoding="utf-8"))
     return page.substitute(policy=policy, title=title, style=style, drawing=drawing, script=script)
 
 
 def digest(text: str) -> str:
-    """Return the digest of a script or style sheet, as a content security policy names it."""
+    """Return the digest of a script or style sheet in the form of a content security policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

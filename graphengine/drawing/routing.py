@@ -1,8 +1,8 @@
 """Routes links around placed boxes, with short routes and few bends.
 
-Each box has a frame around it at half the minimum distance between boxes. Frames never overlap, so a link can follow the frames
-from every port to every other port. The lines of the frames form the grid of an A* search. Links on the same line are then
-spread over the free strip around it.
+Each box has a frame at half the minimum distance between boxes. Frames never overlap, so a link can follow the frames from every
+port to every other port. The lines of the frames form the grid of an A* search. Links on the same grid line are then spread over
+the free strip around this line.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ _LANE = 5.0
 _BEND = 60.0
 """Cost of a bend in the search, as a length in px."""
 _HASTE = 2.0
-"""Weight of the remaining distance in the A* search; with 1, routes are optimal and the search is slow."""
+"""Weight of the remaining distance in the A* search; with a weight of 1, routes are optimal but the search is slow."""
 
 
 def routes(boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink]) -> list[Route]:
-    """Return a polyline for each link; boxes must be at least `GAP` apart."""
+    """Return a polyline for each link; the caller must place boxes at least `GAP` apart."""
     router = _Router(boxes, corners, links)
     ways = [router.lines(*pair) for pair in router.ends]
     drawn = [_drawn(*pair, way) for pair, way in zip(router.ends, ways, strict=True)]
@@ -53,12 +53,12 @@ class _Router:
         shared = np.unique(self.frames[:, :, 1])
         self.rows = np.unique([*shared, *(y for pair in self.ends for _, y in pair)])
         self.shared = np.isin(self.rows, shared).tolist()
-        """For each row, whether all links may use it. Rows that only ports need are reserved for the links of these ports."""
+        """Whether all links may use a row, for each row; other rows are reserved for the links of the ports at these heights."""
         self.places = (self.columns.tolist(), self.rows.tolist())
         self.open = self._open(0, self.columns, self.rows), self._open(1, self.rows, self.columns)
 
     def _open(self, axis: int, lines: NDArray[np.float64], along: NDArray[np.float64]) -> list[list[bool]]:
-        """Return for each point of each grid line on an axis whether no frame blocks the line between it and the next point."""
+        """Return, for each point of each grid line of an axis, whether no frame blocks the way to the next point."""
         free = np.ones((len(lines), len(along)), bool)
         for (low, high), (begin, end) in zip(self.frames[:, :, axis], self.frames[:, :, 1 - axis], strict=True):
             across = slice(np.searchsorted(lines, low, "right"), np.searchsorted(lines, high, "left"))
@@ -91,11 +91,11 @@ class _Router:
         raise AssertionError("no route between two ports: frames of boxes overlap")
 
     def _column(self, x: float) -> int:
-        """Return the index of the column nearest to `x`; the position may have a rounding error."""
+        """Return the index of the column nearest to `x`, which may have a rounding error."""
         return int(np.abs(self.columns - x).argmin())
 
     def _steps(self, here: Step, own: tuple[int, int]) -> Iterator[Step]:
-        """Yield the states that can follow a state of the search; rows of other ports are skipped."""
+        """Yield the states that can follow a state of the search, without rows of other ports."""
         column, row, _ = here
         for way in (-1, 1):
             other = row
@@ -123,14 +123,12 @@ class _Router:
 
 def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
     """Return the polyline of a link along grid lines; the first and last line are the rows of its ports."""
-    corners = []
-    for (axis, place), (_, other) in pairwise(lines):
-        corners.append((other, place) if axis == 1 else (place, other))
+    corners = [(other, place) if axis == 1 else (place, other) for (axis, place), (_, other) in pairwise(lines)]
     return simplified([begin, *corners, end])
 
 
 def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes: Sequence[Route]) -> list[list[Line]]:
-    """Return the grid lines of each route. Where routes of different ports share a line, they are moved apart."""
+    """Return the grid lines of each route, moved apart where routes of different ports share a line."""
     spread = [list(way) for way in ways]
     stretches: dict[Line, dict[tuple[int, float], list[tuple[int, int]]]] = {}
     for number, way in enumerate(ways):
@@ -162,7 +160,7 @@ def _extent(
 
 
 def _lanes(extents: Sequence[tuple[float, float]]) -> list[int]:
-    """Return a lane number for each range, so that overlapping ranges have different lanes."""
+    """Return a lane number for each range; overlapping ranges have different lanes."""
     lanes: list[int] = []
     for number, (low, high) in enumerate(extents):
         taken = {lane for lane, (a, b) in zip(lanes, extents[:number], strict=False) if a <= high and low <= b}

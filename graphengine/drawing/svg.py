@@ -39,7 +39,7 @@ _STYLES = {
     "circle": ("in a circle", "wrong-tip"),
     "refused": ("connection with a mistake", "wrong-tip"),
 }
-"""For each style of wires: its text in the legend, and the CSS class of the arrow head."""
+"""A dict from styles of wires to texts in the legend and CSS classes of arrow heads."""
 
 STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_text(encoding="utf-8")).substitute(
     fonts=FONTS,
@@ -48,11 +48,11 @@ STYLE = "\n" + Template(resources.files(__package__).joinpath("svg.css").read_te
     type_size=f"{TYPE_SIZE:g}",
     port_size=f"{PORT_SIZE:g}",
 )
-"""Style sheet of all drawings; viewers that do not support media queries show the light theme."""
+"""Style sheet of all drawings; viewers without media queries show the light theme."""
 
 
 def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
-    """Return the text of one SVG file with all graphs, one below the other.
+    """Return the text of an SVG file with all graphs, one below the other.
 
     Args:
         views: graphs to draw.
@@ -87,7 +87,7 @@ def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
 
 
 def escape(text: str) -> str:
-    """Return untrusted text in a form that is legal in SVG: on one line, without characters that XML forbids."""
+    """Return untrusted text, cut to `_ABOUT` characters, in a form that is legal in SVG."""
     lines = text[:_ABOUT].split("\n")
     return html.escape("\n".join(map(printable, lines)))
 
@@ -105,7 +105,7 @@ def _text(x: float, y: float, text: str, kind: str) -> str:
 
 
 def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, float]:
-    """Return the SVG of a graph with its top left corner at (0, 0), and its width and height in px."""
+    """Return the SVG of a graph with the top left corner at (0, 0), and the graph's width and height in px."""
     layout = arrange(view)
     heading, head_width, head_height = _heading(view, max(layout.width, _LEAST))
     lines = [*heading, f'<g transform="translate(0 {_number(head_height)})">']
@@ -131,7 +131,7 @@ def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, floa
 
 
 def _heading(view: GraphView, limit: float) -> tuple[list[str], float, float]:
-    """Return the SVG of a graph's heading, and its width and height in px.
+    """Return the SVG of a graph's heading, and the heading's width and height in px.
 
     The heading has the name, the prim path, the rate, and the findings that belong to no node.
     """
@@ -160,7 +160,7 @@ def _about(finding: Finding) -> str:
 
 
 def _node(box: NodeBox, corner: Point, *, named: bool) -> list[str]:
-    """Draw a box with its labels and ports; `title` is its tooltip."""
+    """Return the SVG of a node's box with tooltip, labels and ports."""
     told = [_about(finding) for finding in box.view.findings]
     about = "\n\n".join([box.view.about, *told])
     kind = f"node {box.view.kind} {box.severity}".rstrip()
@@ -192,7 +192,7 @@ def _port(label: Label, box_width: float, *, named: bool) -> str:
 
 
 def _wire(wire: WireView, route: Route, *, named: bool) -> list[str]:
-    """Draw a wire with rounded corners and an arrow head: filled and thick for execution, open and thin for values."""
+    """Return the SVG of a wire with rounded corners and an arrow head."""
     style = _style(wire)
     x, y = route[-1]
     line = _path([*route[:-1], (x - _ARROW, y)])
@@ -234,14 +234,12 @@ def _length(one: Point, other: Point) -> float:
 
 def _towards(corner: Point, other: Point, distance: float) -> Point:
     length = _length(corner, other) or 1.0
-    return (
-        corner[0] + (other[0] - corner[0]) / length * distance,
-        corner[1] + (other[1] - corner[1]) / length * distance,
-    )
+    x, y = (here + (there - here) / length * distance for here, there in zip(corner, other, strict=True))
+    return x, y
 
 
 def _signs(styles: Collection[str], x: float, y: float) -> Iterator[str]:
-    """Yield the SVG of the legend, with one entry per style of wire in the drawing."""
+    """Yield the SVG of the legend with an entry for each style of wires in the drawing."""
     for style, (meaning, _) in _STYLES.items():
         if style not in styles:
             continue

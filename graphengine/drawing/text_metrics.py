@@ -1,7 +1,7 @@
 """Text widths that are the same on every machine, and truncation.
 
-No font is loaded. The widths are at least those of DejaVu Sans, one of the widest fonts that browsers use for `sans-serif`, so
-a text also fits its box in other fonts.
+No font is loaded. The widths are at least those of DejaVu Sans, one of the widest fonts that browsers use for `sans-serif`. So a
+text also fits its box in other fonts.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def _letter(letter: str) -> float:
 
 
 def fitted(text: str, size: float, limit: float, *, bold: bool = False, tail: bool = False) -> str:
-    """Return printable text, shortened to a width of at most `limit`.
+    """Return the text in printable form, shortened to a width of at most `limit`.
 
     A shortened text keeps its beginning and ends in `…`; with `tail`, it keeps its end and begins with `…`.
     """

@@ -1,6 +1,6 @@
 """View model of a drawing: nodes with ports and values, wires, subgraphs, and their findings.
 
-It follows the graph as written in the file, so that nodes with unknown types and refused wires are also drawn.
+The view model follows the graph in the file, so it also contains nodes with unknown types and refused wires.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _LONG = 400
 
 
 Mistake = Literal["", "refused", "circle"]
-"""Error of a wire: `refused` if the compiler refused it, `circle` if it is part of a cycle, empty if it is correct."""
+"""Error of a wire: `refused` by the compiler, `circle` for a wire of a cycle, empty for a correct wire."""
 Key = tuple[str, str]
 """Identifies a port on a box: the side (`left` or `right`) and the name of the port."""
 PortPlace = tuple[str, Key]
@@ -88,7 +88,7 @@ class WireView:
         source: node and port where the wire begins.
         target: node and port where the wire ends.
         form: `exec` for execution, `later` for execution in a later pass, `data` for values.
-        mistake: whether the wire was refused or is part of a cycle; empty if it is correct.
+        mistake: error of the wire; empty for a correct wire.
         about: text of the wire's tooltip.
     """
 
@@ -108,7 +108,7 @@ class GraphView:
     nodes: list[NodeView]
     wires: list[WireView]
     groups: dict[str, tuple[str, Point | None]]
-    """File name and position of each subgraph, by id."""
+    """A dict from ids of subgraphs to file names and positions."""
     findings: list[Finding]
     """Findings that belong to no node."""
 
@@ -183,13 +183,13 @@ def _pace(every: EverySpec | None) -> str:
 
 
 def _layout(entry: NodeEntry) -> Point | None:
-    """Return the position that `layout` in the file gives a node, or None."""
+    """Return the position of a node in the section `layout` of its file, or None."""
     found = entry.document.find("layout", str(entry.location[-1]))
     return _place(found.to_data()) if found is not None else None
 
 
 def _place(data: Any) -> Point | None:
-    """Return a position from a file, or None if the position is malformed or too far away."""
+    """Return a position in a file; None if it is malformed or too far away."""
     if not isinstance(data, list | tuple) or len(data) != 2 or not all(type(part) in (int, float) for part in data):
         return None
     return (float(data[0]), float(data[1])) if all(abs(part) <= FARTHEST for part in data) else None
@@ -221,7 +221,7 @@ def _about(name: str, instance: Instance) -> str:
 
 
 def _value(value: Any, *, whole: bool) -> str:
-    """Return a value as YAML on one line, with long lists and texts truncated."""
+    """Return a value as YAML on one line, with truncated long lists and texts."""
     most = 64 if whole else _SHOWN
     more = isinstance(value, np.ndarray | tuple | list) and len(value) > most
     value = value[:most] if more else value
@@ -255,7 +255,7 @@ def _wire(entry: WireEntry, nodes: dict[str, NodeView], mistake: Mistake) -> Wir
 
 
 def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeView]) -> tuple[PortPlace, bool]:
-    """Add the port at one end of a wire to the box of its node. Return the port, and whether it is an execution port."""
+    """Add the port at one end of a wire to its node; return the port, and whether it is an execution port."""
     node = nodes[end.node]
     instance = node.instance
     port = find_port(instance.cls, end.port, [end.side] if end.side else sides) if instance else None
@@ -268,9 +268,9 @@ def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeVie
 
 
 def _sort_ports(node: NodeView) -> None:
-    """Sort the ports of a node: execution ports first, then all others in the order of the node type.
+    """Sort the ports of a node: execution ports first, then the others in the order of the node type.
 
-    An input from which wires begin, but to which none leads, stays only on the right side.
+    An input at which wires begin but none ends stays only on the right side.
     """
     names = dict.fromkeys(port.name for port in node.instance.cls.fields.values()) if node.instance else ()
     order = {name: number for number, name in enumerate(names)}

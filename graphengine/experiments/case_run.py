@@ -20,7 +20,7 @@ from graphengine.api.session import Session
 from graphengine.experiments.domains import free_domain
 from graphengine.experiments.programs import Programs
 from graphengine.experiments.scenario import Case, Scenario
-from graphengine.experiments.stage import Stage
+from graphengine.experiments.step_context import StepContext
 from graphengine.experiments.steps import Ticks, perform_all
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError, UsageError
@@ -168,7 +168,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     outputs = options.outputs or Path(closing.enter_context(tempfile.TemporaryDirectory(prefix="graphengine-")))
     programs = Programs(scenario.path.parent, environ, outputs, options.programs)
     closing.callback(programs.close)
-    play = _Play(scenario, Stage(session, programs))
+    play = _Play(scenario, StepContext(session, programs))
     output = session.digest_output(everything=options.digest) if options.digest is not None else None
     try:
         play.begin(traced=options.record is not None)
@@ -178,7 +178,7 @@ def _run(scenario: Scenario, case: Case, options: CaseOptions, result: CaseResul
     except GraphError as error:
         result.reason = f"{play.place}: {error}"
     result.time = session.time
-    result.checks = play.results()
+    result.checks = [check_result(scenario, index, check) for index, check in enumerate(play.checks)]
     result.metrics = {name: measurement.value for name, measurement in play.measurements.items()}
     result.digest = output.value if output is not None else ""
     outcomes = {check.outcome for check in result.checks}
@@ -199,8 +199,8 @@ def _of_loading(scenario: Scenario, error: str) -> str:
 class _Play:
     """The expectations and the steps of one run."""
 
-    def __init__(self, scenario: Scenario, stage: Stage) -> None:
-        self._scenario, self._stage = scenario, stage
+    def __init__(self, scenario: Scenario, context: StepContext) -> None:
+        self._scenario, self._context = scenario, context
         self.checks: list[ExpectationCheck] = []
         self.measurements: dict[str, Measurement] = {}
         self._steps: Ticks = iter(())
@@ -213,17 +213,17 @@ class _Play:
         """Begin to judge, and prepare the first step; `traced` keeps the margins of all samples."""
         for index, entry in enumerate(self._scenario.spec.expect):
             self.place = self._scenario.place("expect", index)
-            self.checks.append(self._stage.session.expect(entry.expectation()))
+            self.checks.append(self._context.session.expect(entry.expectation()))
             self.checks[-1].trace = [] if traced else None
         for name, metric in self._scenario.spec.metrics.items():
             self.place = self._scenario.place("metrics", name)
-            self.measurements[name] = self._stage.session.measure(metric.metric())
+            self.measurements[name] = self._context.session.measure(metric.metric())
         self._steps = self._perform()
 
     def _perform(self) -> Ticks:
         for index, step in enumerate(self._scenario.spec.do):
             self.place = self._scenario.place("do", index)
-            yield from perform_all([step], self._stage)
+            yield from perform_all([step], self._context)
         self.unfinished = False
         self.place = str(self._scenario.path)
 
@@ -231,22 +231,18 @@ class _Play:
         """Continue the steps between two ticks; return whether the run is over."""
         if session.decided() and not (self.unfinished and all(check.outcome == "passed" for check in self.checks)):
             return True
-        self._stage.end_publications()
+        self._context.end_publications()
         if self.unfinished:
             next(self._steps, None)
         if abs(session.time - self._looked) >= LOOK:
             self._looked = session.time
-            self._stage.programs.check()
-        return not self.checks and not self.unfinished and not self._stage.ending and session.tick > 0
+            self._context.programs.check()
+        return not self.checks and not self.unfinished and not self._context.ending and session.tick > 0
 
     def end(self) -> None:
         """Decide all open expectations, unless a failure has ended the run early."""
-        self._stage.programs.check()
-        self._stage.session.end_expectations()
-
-    def results(self) -> list[CheckResult]:
-        """Return the results of all expectations."""
-        return [check_result(self._scenario, index, check) for index, check in enumerate(self.checks)]
+        self._context.programs.check()
+        self._context.session.end_expectations()
 
 
 def check_result(scenario: Scenario, index: int, check: ExpectationCheck) -> CheckResult:

@@ -6,6 +6,7 @@ import argparse
 from importlib.util import find_spec
 from pathlib import Path
 
+from graphengine.experiments.scenario_options import add_scenario_options
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 from graphengine.format.interrupts import by_sigterm
@@ -31,19 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = "files, folders, or FILE::CASE (default: the current folder)"
     parser.add_argument("paths", metavar="PATH", nargs="*", help=where + words)
     parser.add_argument("-n", metavar="N", dest="processes", help="number of processes, or auto")
-    shard = "run only this part of all cases, as 3/8 for the third of eight parts"
-    parser.add_argument("--shard", metavar="NUMBER/TOTAL", help=shard)
-    again = "run each failed case with the same seed until it has run N times, and say how often it failed"
-    parser.add_argument("--rerun", metavar="N", type=whole, help=again)
+    add_scenario_options(parser.add_argument)
     parser.add_argument(
         "-k", metavar="EXPRESSION", dest="keyword", help="run only tests whose names match, as for pytest"
     )
     parser.add_argument("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
-    bag = "judge the expectations over the topics of this recording, of a robot or a simulator; nothing is simulated"
-    parser.add_argument("--bag", metavar="FILE", type=Path, help=bag)
-    kept = "keep a recording, an HTML page, a picture and a report of each run that does not pass in this folder"
-    parser.add_argument("--record-failures", metavar="DIR", type=Path, help=kept)
-    parser.add_argument("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
     scripts = "let graphs run the Python code of their ScriptNodes"
     parser.add_argument("--allow-scripts", action="store_true", help=scripts)
     parser.add_argument("--collect-only", action="store_true", help="check the files and list the cases; run nothing")
@@ -66,13 +59,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rows.add_argument("-o", "--output", metavar="FILE", type=Path, help="with merge: the file to write")
     parser.epilog = _CODES
     parser.set_defaults(wrong_usage=WRONG_USAGE)
-
-
-def whole(text: str) -> int:
-    """Return a positive whole number of the command line."""
-    if not text.isdecimal() or not int(text):
-        raise argparse.ArgumentTypeError(f"expected a number of at least 1, got {text!r}")
-    return int(text)
 
 
 def reads_results(paths: list[str]) -> bool:

@@ -12,12 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from graphengine.experiments.scenario_options import add_scenario_options
+
 if TYPE_CHECKING:
     from graphengine.api.session import Session
     from graphengine.experiments.case_run import CaseResult
     from graphengine.experiments.scenario import Case, Scenario
 
 SUFFIX = ".scenario.yaml"
+_IS_EMPTY_SHARD = pytest.StashKey[bool]()
+"""Whether there are tests, but none in the shard; with xdist, the workers report it."""
 _SESSIONS = pytest.StashKey[list["Session"]]()
 """Sessions that a test has started by the fixture."""
 
@@ -25,24 +29,9 @@ _SESSIONS = pytest.StashKey[list["Session"]]()
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options of scenarios."""
     group = parser.getgroup("graphengine", "scenarios of graphengine")
-    group.addoption(
-        "--record-failures", metavar="DIR", type=Path, help="folder for recordings and reports of failed runs"
-    )
-    bag = "judge scenarios over the topics of this recording (.mcap, .db3 or a folder); nothing is simulated"
-    group.addoption("--bag", metavar="FILE", type=Path, help=bag)
-    group.addoption("--allow-programs", action="store_true", help="let scenarios start programs (`start:`)")
+    add_scenario_options(group.addoption)
     group.addoption(
         "--allow-scenario-scripts", action="store_true", help="let graphs run the Python code of their ScriptNodes"
-    )
-    group.addoption(
-        "--shard", metavar="NUMBER/TOTAL", help="run only this part of all tests, as 3/8 for the third of eight"
-    )
-    group.addoption(
-        "--rerun",
-        metavar="N",
-        type=int,
-        default=1,
-        help="run a failed scenario with the same seed until it has run N times",
     )
 
 
@@ -58,7 +47,32 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         except UsageError as error:
             raise pytest.UsageError(str(error)) from None
         config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
+        config.stash[_IS_EMPTY_SHARD] = bool(items) and not kept
         items[:] = kept
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take over from a worker of xdist whether the shard has no tests."""
+    node.config.stash[_IS_EMPTY_SHARD] = getattr(node, "workeroutput", {}).get("is_empty_shard", False)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
+    """Let a shard without tests end with the exit code 0: there are more shards than tests."""
+    empty = session.config.stash.get(_IS_EMPTY_SHARD, False)
+    if empty and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = pytest.ExitCode.OK
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["is_empty_shard"] = empty
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Say that the shard has no tests."""
+    if config.stash.get(_IS_EMPTY_SHARD, False):
+        from graphengine.experiments.runs import NO_CASES
+
+        terminalreporter.write_line(NO_CASES.format(config.option.shard))
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:
@@ -153,8 +167,8 @@ class ScenarioItem(pytest.Item):
         from graphengine.experiments.case_run import run_case
         from graphengine.experiments.statistics import rerun_text
 
-        number = self.config.option.rerun
-        if number < 2 or self.config.option.bag is not None:
+        number = self.config.option.rerun or 1
+        if number == 1 or self.config.option.bag is not None:
             return ""
         again = [run_case(self._scenario, self._case, self._options(), run=run) for _ in range(number - 1)]
         return rerun_text(1 + sum(result.outcome != "passed" for result in again), number)

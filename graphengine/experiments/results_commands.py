@@ -12,7 +12,7 @@ from pathlib import Path
 from graphengine.experiments.matrix import Pool, make_rows, say
 from graphengine.experiments.result_rows import Row, identity, line, merged, read_rows, start_row
 from graphengine.experiments.results_report import counted, report
-from graphengine.experiments.runs import Run, plan_runs, shard
+from graphengine.experiments.runs import NO_CASES, Run, plan_runs, shard
 from graphengine.experiments.worker_process import RunSettings
 from graphengine.experiments.workers import Limits, ProcessPool
 from graphengine.format.atomic_write import write_together
@@ -36,20 +36,23 @@ def make_results(arguments: argparse.Namespace) -> int:
             remedy = "name cases as FILE::CASE; `graphrun test show` prints the commands that run failed cases again"
             raise UsageError(f"{name}: not with --results\n  {remedy}")
     try:
-        runs = shard(plan_runs(arguments.paths or ["."], scripts=arguments.allow_scripts), arguments.shard)
+        planned = plan_runs(arguments.paths or ["."], scripts=arguments.allow_scripts)
     except CheckError as error:
         say("\n".join(finding.render() for finding in error.findings))
         return STOPPED
+    runs = shard(planned, arguments.shard)
+    if planned and not runs:
+        say(NO_CASES.format(arguments.shard))
     if arguments.collect_only:
         sys.stdout.writelines(f"{run.bundle.scenario.path}::{run.case.name}\n" for run in runs)
-        return PASSED if runs else EMPTY
+        return PASSED if planned else EMPTY
     try:
         counts = make_rows(runs, _pool(arguments), arguments.results, resume=arguments.resume)
     except KeyboardInterrupt:
         say(f"interrupted; continue with --results {arguments.results} --resume")
         return STOPPED
     say(f"{len(runs)} runs: {counted(counts) or 'nothing left to do'}; see graphrun test show {arguments.results}")
-    return EMPTY if not runs else FAILED if _missed(runs, read_rows(arguments.results)) else PASSED
+    return EMPTY if not planned else FAILED if _missed(runs, read_rows(arguments.results)) else PASSED
 
 
 def read_results(arguments: argparse.Namespace) -> int:

@@ -17,6 +17,8 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError, UsageError
 
 T = TypeVar("T")
+NO_CASES = "shard {} has no cases"
+"""Message about a shard without a run or test; the run then ends with the exit code 0."""
 
 
 @dataclass(frozen=True, slots=True)

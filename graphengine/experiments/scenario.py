@@ -6,7 +6,7 @@ import itertools
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -18,11 +18,10 @@ from graphengine.api.expectations.conditions import parse
 from graphengine.api.expectations.readings import READINGS
 from graphengine.api.scene import Scene
 from graphengine.api.scene_loading import load
-from graphengine.experiments.expectation_specs import ExpectationSpec
-from graphengine.experiments.metric_specs import MetricSpec
+from graphengine.experiments.operator_specs import ExpectationSpec, MetricSpec
 from graphengine.experiments.steps import StepSpec
-from graphengine.format.diagnostics import Findings
-from graphengine.format.document import Location
+from graphengine.format.diagnostics import CheckError, Finding, Findings
+from graphengine.format.document import Document, Location
 from graphengine.format.document import load as load_document
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file
@@ -169,7 +168,18 @@ class Scenario:
             if (self.path.parent / mover["shape"]).is_file():
                 mover["shape"] = os.path.relpath(self.path.parent / mover["shape"], path.parent)
         scene = {**document.data, "movers": {**(document.data.get("movers") or {}), **own}}
-        return load(scene, folder=path.parent, set=settings, allow_scripts=allow_scripts)
+        try:
+            return load(scene, folder=path.parent, set=settings, allow_scripts=allow_scripts)
+        except CheckError as error:
+            raise CheckError([self._placed(finding, document) for finding in error.findings]) from None
+
+    def _placed(self, finding: Finding, scene: Document) -> Finding:
+        """Return a finding about the joined scene with its place in the scenario if a mover of it is meant, else in the scene."""
+        if finding.span is None or not (key := finding.span.source.keys.get(finding.span.line)):
+            return finding
+        location = key.partition("[")[0].split(".")
+        is_own = location[0] == "movers" and self.document.find(*location[:2]) is not None
+        return replace(finding, span=(self.document if is_own else scene).span(*location))
 
     def place(self, *location: str | int) -> str:
         """Return the place of an entry, as `FILE:LINE`."""

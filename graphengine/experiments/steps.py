@@ -16,7 +16,7 @@ from graphengine.api.expectations.readings import readings_of
 from graphengine.api.session import Session
 from graphengine.api.session_control import RECORDED_COMMANDS
 from graphengine.api.values import plain
-from graphengine.experiments.stage import Stage
+from graphengine.experiments.step_context import StepContext
 from graphengine.experiments.waiting import WaitSpec
 from graphengine.format.durations import in_seconds
 from graphengine.format.errors import ExpectationError, UsageError
@@ -43,12 +43,12 @@ class PublishSpec(FileSpec):
     """Period; default: the message is sent once."""
     for_: Duration | None = Field(default=None, alias="for", description="Duration; default: to the end of the run.")
 
-    def perform(self, stage: Stage) -> Ticks:
+    def perform(self, context: StepContext) -> Ticks:
         """Send the message."""
-        session = stage.session
+        session = context.session
         publication = session.publish(self.topic, self.message, self.every, self.type)
         if self.for_ is not None:
-            stage.ending.append((session.time + self.for_, publication.close))
+            context.ending.append((session.time + self.for_, publication.close))
         return iter(())
 
 
@@ -64,9 +64,9 @@ class CallSpec(FileSpec):
     response: dict[str, Any] = {}
     """Fields that the response must have; another value is an error."""
 
-    def perform(self, stage: Stage) -> Ticks:
+    def perform(self, context: StepContext) -> Ticks:
         """Call the service and wait for the response."""
-        with stage.session.start_call(self.service, self.request, self.type) as call:
+        with context.session.start_call(self.service, self.request, self.type) as call:
             while not call.done:
                 yield
         _check_fields(f"response of {self.service}", call.response, self.response)
@@ -84,9 +84,9 @@ class ActionSpec(FileSpec):
     result: str = "succeeded"
     """Status with which the goal must end: succeeded, canceled, aborted or rejected; another one is an error."""
 
-    def perform(self, stage: Stage) -> Ticks:
+    def perform(self, context: StepContext) -> Ticks:
         """Send the goal and wait for its end."""
-        with stage.session.send_goal(self.name, self.goal, self.type) as goal:
+        with context.session.send_goal(self.name, self.goal, self.type) as goal:
             while not goal.done:
                 yield
         if goal.status != self.result:
@@ -145,7 +145,7 @@ class _Step(FileSpec):
         if isinstance(self.wait, str):
             yield self.wait
 
-    def perform(self, stage: Stage) -> Ticks:
+    def perform(self, context: StepContext) -> Ticks:
         """Execute the step.
 
         Raises:
@@ -154,15 +154,18 @@ class _Step(FileSpec):
         """
         (name,) = self.model_fields_set
         given = getattr(self, name)
+        match name, given:
+            case "parallel", _:
+                return perform_together(given, context)
+            case "start", _:
+                return context.programs.start(given)
+            case "wait", float():
+                return _pass(context.session, given)
+            case "wait", str():
+                return _until(Condition(given, readings_of(context.session)))
         if name.endswith(_COMMAND):
-            return _command(stage, name.removesuffix(_COMMAND).replace("_", "-"), given)
-        if isinstance(given, float):
-            return _pass(stage.session, given)
-        if isinstance(given, str):
-            return _until(Condition(given, readings_of(stage.session)))
-        if name == "start":
-            return stage.programs.start(given)
-        steps: Ticks = given.perform(stage) if not isinstance(given, tuple) else perform_together(given, stage)
+            return _command(context, name.removesuffix(_COMMAND).replace("_", "-"), given)
+        steps: Ticks = given.perform(context)
         return steps
 
 
@@ -206,23 +209,23 @@ class StepSpec(PlainStep):  # type: ignore[valid-type, misc]
             yield from _Step.conditions(step)
 
 
-def perform_all(steps: Any, stage: Stage) -> Ticks:
+def perform_all(steps: Any, context: StepContext) -> Ticks:
     """Execute steps one after the other."""
     for step in steps:
-        yield from step.perform(stage)
+        yield from step.perform(context)
 
 
-def perform_together(sequences: Any, stage: Stage) -> Ticks:
+def perform_together(sequences: Any, context: StepContext) -> Ticks:
     """Execute sequences of steps at the same time."""
-    running = [perform_all(steps, stage) for steps in sequences]
+    running = [perform_all(steps, context) for steps in sequences]
     while running:
-        running = [steps for steps in running if next(steps, stage) is not stage]
+        running = [steps for steps in running if next(steps, context) is not context]
         if running:
             yield
 
 
-def _command(stage: Stage, name: str, arguments: Spec) -> Ticks:
-    future = stage.session.submit(name, arguments.model_dump(mode="json", exclude_unset=True))
+def _command(context: StepContext, name: str, arguments: Spec) -> Ticks:
+    future = context.session.submit(name, arguments.model_dump(mode="json", exclude_unset=True))
     while not future.done():
         yield
     future.result()

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from graphengine.experiments.stage import Stage
+from graphengine.experiments.step_context import StepContext
 from graphengine.format.spec import FileSpec
 from graphengine.format.wording import listing
 
@@ -35,9 +35,9 @@ class WaitSpec(FileSpec):
             raise ValueError(f"expected one of these; {listing(kinds, 'what to wait for')}")
         return self
 
-    def perform(self, stage: Stage) -> Iterator[None]:
+    def perform(self, context: StepContext) -> Iterator[None]:
         """Yield between two ticks until the event occurs."""
-        session = stage.session
+        session = context.session
         if self.topic is not None:
             subscription = session.subscribe(self.topic, self.type, keep=1)
             while not subscription.received:

@@ -58,6 +58,8 @@ class Worker:
         self.pipe: Any = None
         """Becomes ready to be read when a run has ended."""
         self._known: set[str] = set()
+        self._programs: list[int] = []
+        """Programs that the process had started when it was last looked at; a process that is gone does not tell them."""
 
     @property
     def memory(self) -> int:
@@ -124,7 +126,7 @@ class Worker:
         now = time.monotonic()
         if now - self._looked < LOOK or self._process is None:
             return None
-        self._looked = now
+        self._looked, self._programs = now, children(self._process.pid)
         if now - self._begin > self._limits.seconds:
             reason = f"no result after {self._limits.seconds:g} s of wall time (--time-limit)"
         elif self.memory > self._limits.memory:
@@ -166,7 +168,7 @@ class Worker:
         assert process is not None
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(patience)
-        programs = children(process.pid)
+        programs, self._programs = children(process.pid) or self._programs, []
         process.kill()
         signal_groups(programs, signal.SIGKILL)
         self.pipe.close()

@@ -1,1 +1,1 @@
-"""Reads graph, scene and robot files as validated specs, reports errors in them, and controls which files may be read."""
+"""Reads graph, scene and robot files as validated specs, reports errors in the files, and controls which files may be read."""

@@ -1,6 +1,6 @@
-"""Writes files atomically: a file appears, or replaces an older one, only when its content is complete.
+"""Writes files atomically: a file appears, or replaces an older file, only when the content is complete.
 
-A symbolic link at the path is replaced, and its target stays unchanged: in an untrusted folder, a link can point anywhere.
+A symbolic link at the path is replaced, but the link's target does not change: in an untrusted folder, a link can point anywhere.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from pathlib import Path
 
 
 def write_together(contents: Mapping[Path, bytes]) -> None:
-    """Write several files, and create missing folders; no file is replaced until all contents are written.
+    """Write several files, and create missing folders; files are replaced only after all contents are written.
 
     The umask determines the permissions of a new file; a replaced file keeps its permissions.
 
     Raises:
-        OSError: a file cannot be written; the exception's `filename` is the path of that file.
+        OSError: a file cannot be written; `filename` of the exception is the path of this file.
     """
     parts: dict[Path, Path] = {}
     try:
@@ -40,7 +40,7 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
 
 
 def _mode_of(path: Path) -> int | None:
-    """Return the permission bits of the file to replace; None if the path is missing or a symbolic link.
+    """Return the permission bits of the file to replace; None if the path does not exist or is a symbolic link.
 
     Raises:
         OSError: the path is a folder, pipe or device.
@@ -65,7 +65,7 @@ def _write(part: Path, content: bytes, mode: int | None) -> None:
 
 @contextlib.contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Convert an OSError of the block to one whose `filename` is `path`, not the temporary file."""
+    """Return a context that replaces the `filename` of an OSError, a temporary file, with `path`."""
     try:
         yield
     except OSError as error:

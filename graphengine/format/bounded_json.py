@@ -1,4 +1,4 @@
-"""Parses JSON from untrusted sources; the number of its parts and its nesting are checked before it is parsed."""
+"""Parses JSON from untrusted sources, after a check of the number of values and of the nesting."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 MAX_BYTES = 1_000_000
-"""Maximum size of a text, unless the caller gives another."""
+"""Default maximum size of a text, bytes."""
 MAX_PARTS = 4_000_000
 """Maximum number of `[`, `{` and `,` outside of strings."""
 MAX_CONTAINERS = 1_250_000
@@ -17,7 +17,7 @@ MAX_DEPTH = 40
 
 _STRING = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\\?\Z)', re.DOTALL)
 _FEW = 100
-"""Number of unbalanced brackets that are left to Python's parser, whose message gives the place of the mistake."""
+"""Number of unbalanced brackets up to which Python's parser reports the error, with the error's position."""
 _NO_BRACKETS = bytes(set(range(256)).difference(b"[]{}"))
 
 
@@ -25,7 +25,7 @@ def parse(text: str | bytes, most: int = MAX_BYTES) -> Any:
     """Return the value of a JSON text in UTF-8.
 
     Args:
-        text: the text; it may be anything.
+        text: any text.
         most: maximum size of the text, bytes.
 
     Raises:
@@ -39,7 +39,7 @@ def parse(text: str | bytes, most: int = MAX_BYTES) -> Any:
     if containers > MAX_CONTAINERS or containers + bare.count(b",") > MAX_PARTS:
         raise ValueError(f"it has more than {MAX_CONTAINERS} lists and objects, or {MAX_PARTS} values")
     brackets = bare.translate(None, _NO_BRACKETS)
-    for _ in range(MAX_DEPTH):  # each pass removes the innermost level at least
+    for _ in range(MAX_DEPTH):  # each pass removes at least the innermost level
         brackets = brackets.replace(b"[]", b"").replace(b"{}", b"")
     if len(brackets) > _FEW or (brackets and brackets.count(b"[") + brackets.count(b"{") == len(brackets) / 2):
         raise ValueError(f"its brackets do not match, or are nested more than {MAX_DEPTH} levels deep")

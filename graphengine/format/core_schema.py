@@ -16,7 +16,7 @@ _NOT_FINITE = re.compile(r"(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 
 
 def resolve(text: str, span: Span, findings: Findings) -> Any:
-    """Return the Python value of a plain scalar; report a number with too many digits."""
+    """Return the Python value of a plain scalar; add an error for a number with too many digits."""
     if _NULL.match(text):
         return None
     if _BOOL.match(text):

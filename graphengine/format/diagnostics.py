@@ -1,6 +1,6 @@
 """Findings: errors, warnings and notes about files, each with a code, a message, a position and help.
 
-The other exceptions are in `errors`, and helpers for the text of messages in `wording`.
+`errors` has all exceptions except CheckError, and `wording` has helpers for the text of messages.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ Severity = Literal["error", "warning", "note"]
 
 _TITLES = dict(line.split(" ", 1) for line in Path(__file__).with_name("codes.txt").read_text("utf-8").splitlines())
 GROUPS = {code: title for code, title in _TITLES.items() if len(code) == 2}
-"""Title of each group of codes, by the first two characters of the codes."""
+"""Title of each group of codes, by the two characters with which the codes of the group begin."""
 CODES = {code: title for code, title in _TITLES.items() if code not in GROUPS}
-"""Title of each finding code; the first letter is G for errors in graphs, S for errors in scenes, W for warnings, N for notes."""
+"""Title of each finding code; codes begin with G for errors in graphs, S for errors in scenes, W for warnings, N for notes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,23 +31,23 @@ class Source:
     path: str
     lines: tuple[str, ...] = field(repr=False)
     label: str = ""
-    """Name that messages show in place of the path; empty for a file."""
+    """Name that messages show instead of the path; empty for a file."""
     keys: dict[int, str] = field(default_factory=dict, repr=False, compare=False)
-    """Paths of keys by line, such as `robots.bot.use`, which messages show in place of line and column; empty for YAML text."""
+    """Path of the key on each line, such as `robots.bot.use`, for messages instead of line and column; empty for YAML text."""
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A piece of text on one line of a file: position of its first character, and length; line and column count from 1."""
+    """A range of characters on one line of a file: the position of the first character, counted from 1, and the length."""
 
     source: Source
     line: int
     column: int
     length: int = 1
     parameter: str = field(default="", kw_only=True)
-    """Name of the graph parameter whose value is written at this position; empty if the value is not that of a parameter."""
+    """Name of the graph parameter whose value is written at this position; empty at all other positions."""
     through: tuple[tuple[Span, str], ...] = field(default=(), kw_only=True)
-    """Positions of each `$(name)` that passes on the parameter value, from here to the node that uses it, each with a note."""
+    """Position of each `$(name)` through which the parameter value gets from here to the node that uses it, each with a note."""
 
     def __str__(self) -> str:
         name = printable(self.source.label or self.source.path)
@@ -56,7 +56,7 @@ class Span:
         return f"{name}:{self.line}:{self.column}"
 
     def part(self, offset: int, length: int) -> Span:
-        """Return the span of `length` characters on the same line, `offset` characters after the start of this one."""
+        """Return a span of `length` characters on the same line, `offset` characters after the start of this span."""
         return replace(self, column=self.column + offset, length=max(length, 1))
 
 
@@ -70,7 +70,7 @@ class Finding:
     help: tuple[str, ...] = ()
     related: tuple[tuple[Span, str], ...] = ()
     cause: Span | None = field(default=None, kw_only=True)
-    """Position of another error that may be the cause of this one; the finding is listed after that error."""
+    """Position of another error that may be the cause of this finding; the finding is listed after the cause."""
 
     def __post_init__(self) -> None:
         if self.code not in CODES:
@@ -78,11 +78,11 @@ class Finding:
 
     @property
     def severity(self) -> Severity:
-        """Severity, from the first letter of the code: `error` for G and S, `warning` for W, `note` for N."""
+        """Severity from the first letter of the code: `error` for G and S, `warning` for W, `note` for N."""
         return {"W": "warning", "N": "note"}.get(self.code[0], "error")  # type: ignore[return-value]
 
     def render(self) -> str:
-        """Return the finding as lines of text: position, code and message, source line with carets, help, related positions."""
+        """Return the finding as lines of text: position, code, message, source line with carets, help, and related positions."""
         where = f"{self.span}: " if self.span else ""
         first, *more = self.message.split("\n")
         parts = [f"{where}{self.severity} {self.code}: {printable(first)}"]
@@ -108,7 +108,7 @@ class Finding:
 
 
 def _start(span: Span | None) -> tuple[str, int, int] | None:
-    """Return path, line and column of a span, by which findings are compared."""
+    """Return path, line and column of a span, for the comparison of findings."""
     return None if span is None else (span.source.path, span.line, span.column)
 
 
@@ -122,7 +122,7 @@ _WIDTH = 160
 
 
 def _excerpt(span: Span) -> list[str]:
-    """Return two lines: the source line, and carets below the text of the span; a very long line is cut around the span."""
+    """Return the source line, and a line with carets below the text of the span; a very long line is cut around the span."""
     if not 1 <= span.line <= len(span.source.lines):
         return []
     line = span.source.lines[span.line - 1]
@@ -162,7 +162,7 @@ class CheckError(GraphError):
 
 @dataclass(slots=True)
 class Findings:
-    """A list to which all checks add their findings, so that one run reports all errors instead of only the first."""
+    """A list to which all checks add findings, so that one run reports all errors instead of only the first."""
 
     items: list[Finding] = field(default_factory=list)
     _known: set[object] = field(default_factory=set, repr=False)
@@ -178,13 +178,13 @@ class Findings:
         related: Iterable[tuple[Span, str]] = (),
         cause: Span | None = None,
     ) -> None:
-        """Append a finding with the given parts, as `put` does; empty help lines are dropped."""
+        """Make a finding without empty help lines, and append it as `put` does."""
         self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related), cause=cause))
 
     def put(self, finding: Finding) -> None:
         """Append a finding unless the list is full or has an equal finding.
 
-        If several nodes use the same parameter value, an error in the value is reported once.
+        An error in a parameter value that several nodes use is reported once.
         """
         if self.full:
             return
@@ -204,14 +204,14 @@ class Findings:
     def guess(self, name: str, legal: Iterable[str]) -> str:
         """Return a suggestion such as `did you mean 'dd100'?`; empty if no legal name is similar.
 
-        After MAX_GUESSES calls it is always empty, because each search takes milliseconds.
+        After MAX_GUESSES calls the result is always empty, because each search takes milliseconds.
         """
         self._guesses += 1
         return did_you_mean(name, legal) if self._guesses <= MAX_GUESSES else ""
 
     @property
     def full(self) -> bool:
-        """Whether the maximum number of errors is exceeded, so that further findings are dropped."""
+        """Whether the list has more than the maximum number of errors; all later findings are dropped."""
         return self._errors > MAX_ERRORS
 
     @property
@@ -225,9 +225,9 @@ class Findings:
         return [f for f in self.items if f.severity == "warning"]
 
     def sorted(self) -> list[Finding]:
-        """Return the findings grouped by file, in the order in which the files first occur; within a file, sorted by position.
+        """Return the findings file by file, in the order in which the files first occur; within a file, sorted by position.
 
-        A finding that may follow from an error elsewhere is listed after that error.
+        A finding that may follow from another error is listed after this error.
         """
         files: dict[str, int] = {}
         for item in self.items:
@@ -242,7 +242,7 @@ class Findings:
         return sorted(self.items, key=key)
 
     def raise_errors(self) -> None:
-        """Raise a CheckError with all findings if any of them is an error."""
+        """Raise a CheckError with all findings if at least one finding is an error."""
         if self.errors:
             raise CheckError(self.sorted())
 

@@ -1,17 +1,17 @@
-"""The distribution of this package: its name, which is not that of the import, and how to install it."""
+"""The distribution of this package: the name, which differs from the name of the package, and commands that install it."""
 
 from __future__ import annotations
 
 from graphengine.format.version import __version__
 
 NAME, PACKAGE = "graphrun", "graphengine"
-"""Names of the distribution and of the package that is imported. The distribution `graphengine` on PyPI is of another project."""
+"""Names of the distribution and of the imported package. The distribution `graphengine` on PyPI belongs to another project."""
 ON_PYPI = False
-"""Whether this project owns `NAME` on PyPI. Until then, every instruction installs from a checkout or a wheel."""
+"""Whether this project owns `NAME` on PyPI. If not, all instructions install from a checkout or a wheel."""
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs this distribution with an extra; a comment says where, if not everywhere."""
+    """Return the command that installs this distribution with an extra, if necessary with a comment on the folder."""
     return f"pip install '{NAME}[{extra}]'" if ON_PYPI else _in_checkout(f"pip install '.[{extra}]'")
 
 
@@ -23,7 +23,7 @@ def reinstall_command(*, editable: bool = False) -> str:
 
 
 def requirement(extra: str) -> str:
-    """Return the line of a requirements.txt for this version with an extra; a comment with a command if pip cannot find it."""
+    """Return the line of a requirements.txt for this version with an extra; a comment with a command if PyPI lacks it."""
     if ON_PYPI:
         return f"{NAME}[{extra}]=={__version__}"
     wheel = f"{NAME}-{__version__}-py3-none-any.whl"

@@ -1,6 +1,6 @@
-"""Reads YAML to plain data with the position of each value, and limits the size of a file, its nesting and its number of values.
+"""Reads YAML as plain data with the position of each value; the size, the nesting and the number of values are limited.
 
-`core_schema` determines the type of a plain scalar. The parser's event stream is read in a loop, not by recursion, so `MAX_DEPTH`
+`core_schema` determines the type of a plain scalar. A loop reads the parser's events without recursion, so that `MAX_DEPTH`
 limits the nesting, not the C stack.
 """
 
@@ -28,10 +28,10 @@ MAX_BYTES = 8_000_000  # maximum size of a YAML file
 MAX_DEPTH = 64
 """Maximum number of nesting levels; an alias adds the levels of its value."""
 MAX_VALUES = 400_000
-"""Maximum number of values in a document; each use of an alias adds the number of values that it repeats."""
+"""Maximum number of values in a document; each alias adds the number of values that it repeats."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Class that provides the event parser: libyaml's if it is installed, which is 15 times faster than PyYAML's own."""
+"""Loader class with the event parser of libyaml, or without libyaml with PyYAML's parser, which takes 15 times as long."""
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """Pattern of a line end in the parser's sense."""
@@ -43,14 +43,14 @@ Location = tuple[str | int, ...]
 
 @dataclass(slots=True)
 class Value:
-    """A scalar, mapping or sequence with its position in the file. A mapping also has the positions of its keys."""
+    """A scalar, mapping or sequence with its position in the file; a mapping also has the position of each key."""
 
     span: Span
     data: Any
     """A Python scalar, a dict from str to Value, or a list of Value."""
     keys: dict[str, Span] = field(default_factory=dict)
     plain: bool = True
-    """False for a quoted or block scalar, whose characters can differ from those in the file (escapes, line folding)."""
+    """False for a quoted or block scalar, whose text can differ from the text in the file because of escapes or line folding."""
 
     def child(self, part: str | int) -> Value | None:
         """Return the value at a key of a mapping or an index of a list; None if there is no such key or index."""
@@ -77,7 +77,7 @@ class Document:
         self.source = source
         self.root = root
         self.size = size
-        """Number of values; each use of an alias adds the number of values that it repeats."""
+        """Number of values; each alias adds the number of values that it repeats."""
         self.data: Any = root.to_data()
 
     @property
@@ -86,17 +86,14 @@ class Document:
         return Path(self.source.path)
 
     def find(self, *location: str | int) -> Value | None:
-        """Return the value at a location such as `("nodes", "Diff", "inputs")`; None if the file has no value there."""
+        """Return the value at a location such as `("nodes", "Diff", "inputs")`; None if the location has no value."""
         value: Value | None = self.root
         for part in location:
             value = value.child(part) if value is not None else None
         return value
 
     def span(self, *location: str | int) -> Span:
-        """Return the position of the value at a location.
-
-        If the file has no value there, return the position of the innermost value on the way to the location.
-        """
+        """Return the position of the value at a location, or of the innermost existing value on the way to the location."""
         for end in range(len(location), -1, -1):
             value = self.find(*location[:end])
             if value is not None:
@@ -104,7 +101,7 @@ class Document:
         return self.root.span
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the position of the last key of a location; if the file does not have the key, the result of `span`."""
+        """Return the position of the last key of a location; if the file lacks the key, the result of `span`."""
         parent = self.find(*location[:-1])
         if parent is not None and location and location[-1] in parent.keys:
             return parent.keys[str(location[-1])]
@@ -119,13 +116,13 @@ def load(
     given: GivenText | None = None,
     merge_keys: bool = False,
 ) -> Document | None:
-    """Read a YAML file; return None if it cannot be read or parsed. Errors are added to `findings`.
+    """Read a YAML file; add errors to `findings`, and return None if the file cannot be read or parsed.
 
     Args:
         path: path of the file.
         findings: receives the errors.
         shown_as: path to show in messages; None shows `path`.
-        given: text to read in place of the file.
+        given: text to read instead of the file.
         merge_keys: as in `parse`.
     """
     shown, label = shown_as or os.fspath(path), given.label if given is not None else ""
@@ -174,10 +171,10 @@ def _key_paths(root: Value) -> Iterator[tuple[int, str]]:
 def parse(
     text: str, shown_as: str, findings: Findings, *, label: str = "", merge_keys: bool = False
 ) -> Document | None:
-    """Parse YAML text; return None if it cannot be parsed. Errors are added to `findings`; `shown_as` is the path they show.
+    """Parse YAML text; add errors to `findings`, and return None if the text cannot be parsed.
 
-    `label` is as in `Source`. With `merge_keys`, a repeated key is no error: mappings are merged, and of other values the last
-    one counts, as in ROS 2 parameter files.
+    `shown_as` is the path in messages, and `label` that of `Source`. With `merge_keys`, a key may occur twice, as in ROS 2
+    parameter files: two mappings are merged, and any other value replaces the earlier value.
     """
     source = Source(shown_as, tuple(_LINE_END.split(text)), label)
     if illegal := _ILLEGAL.search(text):
@@ -187,7 +184,7 @@ def parse(
         findings.add("G102", f"YAML syntax: character U+{number} is not allowed", span, advice)
         return None
     tags = next((number for number, line in enumerate(source.lines, 1) if line.startswith("%TAG")), None)
-    if tags is not None:  # refused here because the parser takes minutes for very many of them
+    if tags is not None:  # refused here, because the parser takes minutes for thousands of tags
         findings.add("G104", "tags and the directive %TAG are not allowed", Span(source, tags, 1, 4), "remove the line")
         return None
     builder = _ValueBuilder(source, findings, merge_keys=merge_keys)
@@ -205,7 +202,7 @@ def parse(
 
 
 def _span_behind(text: str, source: Source) -> Span:
-    """Return the position at which the file continues after `text`, the first part of the file."""
+    """Return the position after `text`, with which the file begins."""
     lines = _LINE_END.split(text)
     return Span(source, len(lines), len(lines[-1]) + 1)
 
@@ -223,14 +220,14 @@ def _events(text: str) -> Iterator[Any]:
 class _Open:
     value: Value
     key: tuple[str, Span] | None = None
-    """In a mapping: the key that was read and has no value yet, with its position."""
+    """In a mapping: the last read key if it has no value yet, with the key's position."""
     drop: bool = False
-    """Whether `key` is not allowed, so that its value is discarded."""
+    """Whether the value of `key` is discarded, because the key is not allowed."""
     anchor: str | None = None
     first: int = 0
-    """Number of values in the document before this one; the difference to a later count is the size of this value."""
+    """Number of values in the document before this value; the difference to a later count is the size of this value."""
     depth: int = 1
-    """Number of nesting levels of the value, including its own."""
+    """Number of nesting levels of the value; 1 for a mapping or list of scalars."""
 
 
 class _ValueBuilder:
@@ -241,11 +238,11 @@ class _ValueBuilder:
         self.findings = findings
         self.merge_keys = merge_keys
         self.merged: dict[int, Value] = {}
-        """Mappings that `_merge` created, by `id`; no anchor refers to them, so they may change."""
+        """Mappings that `_merge` created, by `id`; these may change, because no anchor refers to them."""
         self.root: Value | None = None
         self.stack: list[_Open] = []
         self.anchors: dict[str, tuple[Value, int, int]] = {}
-        """For each anchor: its value, the number of values that an alias repeats, and the number of their nesting levels."""
+        """For each anchor: the value, the number of values that an alias repeats, and the number of nesting levels."""
         self.count = 0
         self.documents = 0
 
@@ -254,10 +251,8 @@ class _ValueBuilder:
         if isinstance(event, yaml.DocumentStartEvent):
             self.documents += 1
             if self.documents > 1:
-                self.findings.add(
-                    "G104", "the file contains several YAML documents", self._span(event), "remove the line `---`"
-                )
-                return False
+                what = "the file contains several YAML documents"
+                return self._refuse("G104", what, self._span(event), "remove the line `---`")
         elif isinstance(event, yaml.ScalarEvent):
             return self._scalar(event)
         elif isinstance(event, yaml.MappingStartEvent | yaml.SequenceStartEvent):
@@ -274,19 +269,20 @@ class _ValueBuilder:
         length = end.column - start.column if end.line == start.line else 1
         return Span(self.source, start.line + 1, start.column + 1, max(length, 1))
 
+    def _refuse(self, code: str, message: str, span: Span, *help: str) -> bool:
+        """Add an error after which reading cannot continue; return False."""
+        self.findings.add(code, message, span, *help)
+        return False
+
     def _counted(self, span: Span, more: int = 1) -> bool:
         self.count += more
-        if self.count > MAX_VALUES:
-            message = f"more than {MAX_VALUES} values in one file, including values that aliases repeat"
-            self.findings.add("G105", message, span, "split the file, or use fewer aliases")
-            return False
-        return True
+        if self.count <= MAX_VALUES:
+            return True
+        message = f"more than {MAX_VALUES} values in one file, including values that aliases repeat"
+        return self._refuse("G105", message, span, "split the file, or use fewer aliases")
 
     def _shallow(self, span: Span, levels: int) -> bool:
-        if len(self.stack) + levels > MAX_DEPTH:
-            self.findings.add("G105", _TOO_DEEP, span)
-            return False
-        return True
+        return len(self.stack) + levels <= MAX_DEPTH or self._refuse("G105", _TOO_DEEP, span)
 
     def _at_key(self) -> bool:
         """Return whether the next event is a key of a mapping."""
@@ -294,10 +290,8 @@ class _ValueBuilder:
 
     def _tag_refused(self, event: Any, span: Span) -> None:
         if event.tag is not None:
-            tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")[:80]
-            self.findings.add(
-                "G104", f"tags are not allowed: {tag!r}", span, "remove the tag; a value in quotes is a string"
-            )
+            what = f"tags are not allowed: {str(event.tag).replace('tag:yaml.org,2002:', '!!')[:80]!r}"
+            self.findings.add("G104", what, span, "remove the tag; a value in quotes is a string")
 
     def _open(self, event: Any) -> bool:
         span = self._span(event)
@@ -305,11 +299,8 @@ class _ValueBuilder:
             return False
         self._tag_refused(event, span)
         if self._at_key():
-            what = "mapping" if isinstance(event, yaml.MappingStartEvent) else "list"
-            self.findings.add(
-                "G104", f"a key must be a string, not a {what}", span, "put it in quotes if it is a string"
-            )
-            return False
+            what = f"a key must be a string, not a {'mapping' if isinstance(event, yaml.MappingStartEvent) else 'list'}"
+            return self._refuse("G104", what, span, "put it in quotes if it is a string")
         data: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
         self.stack.append(_Open(Value(span, data), anchor=event.anchor, first=self.count))
         return self._counted(span)
@@ -341,11 +332,9 @@ class _ValueBuilder:
         span = self._span(event)
         if event.anchor not in self.anchors:
             hint = did_you_mean(event.anchor, self.anchors) or "put text that begins with '*' in quotes"
-            self.findings.add("G102", f"YAML syntax: no anchor {event.anchor!r} precedes this alias", span, hint)
-            return False
+            return self._refuse("G102", f"YAML syntax: no anchor {event.anchor!r} precedes this alias", span, hint)
         if self._at_key():
-            self.findings.add("G104", "a key must be a string, not an alias", span, "write the key itself")
-            return False
+            return self._refuse("G104", "a key must be a string, not an alias", span, "write the key itself")
         value, size, depth = self.anchors[event.anchor]
         return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
 
@@ -370,10 +359,8 @@ class _ValueBuilder:
         if key in frame.value.data and self.merge_keys:
             frame.value.data[key] = self._merge(frame.value.data[key], value)
         elif key in frame.value.data:
-            first = frame.value.keys[key]
-            self.findings.add(
-                "G103", f"key {key[:80]!r} occurs twice", span, "rename or remove one", related=[(first, "first here")]
-            )
+            what, related = f"key {key[:80]!r} occurs twice", [(frame.value.keys[key], "first here")]
+            self.findings.add("G103", what, span, "rename or remove one", related=related)
         elif not frame.drop:
             frame.value.data[key] = value
             frame.value.keys[key] = span

@@ -1,4 +1,4 @@
-"""Durations as users write them, such as `0.1s`, `500ms` or `2min`."""
+"""Converts durations such as `0.1s`, `500ms` or `2min` to seconds."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ def seconds(text: str) -> float:
 
 
 def in_seconds(value: Any) -> Any:
-    """Return a duration in seconds; a value that is not a text is returned unchanged."""
+    """Return a duration given as text in seconds, and any other value unchanged."""
     return seconds(value) if isinstance(value, str) else value

@@ -10,7 +10,7 @@ from graphengine.format.errors import GraphError
 
 
 def by_name(entries: Iterable[EntryPoint]) -> dict[str, list[EntryPoint]]:
-    """Return entry points by name, sorted; more than one with a name if several packages use this name."""
+    """Return the entry points with each name, sorted by name; there are several if several packages use the same name."""
     found: dict[str, list[EntryPoint]] = {}
     for entry in dict.fromkeys(entries):  # some environments list a package twice
         found.setdefault(entry.name, []).append(entry)

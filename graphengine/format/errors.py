@@ -41,9 +41,9 @@ class GraphError(Exception):
 class BadValueError(GraphError, ValueError):
     """A node cannot use the value of an input.
 
-    If the value comes from a wire or was set during the run, and `bad_values` of the session is `drop`, the nodes that this node
-    would fire do not run in this tick, and the run continues. Otherwise, the exception becomes a NodeError. A node raises the
-    exception before it changes outputs, state or the world.
+    If the value comes from a wire or was set during the run, and `bad_values` of the session is `drop`, the run continues without
+    the nodes that this node would fire in the tick. Otherwise, the exception becomes a NodeError. A node raises the exception
+    before it changes outputs, state or the world.
 
     Args:
         port: OmniGraph name of the input, such as `velocityCommand`; for inputs with incompatible values, their names: `a, b`.
@@ -67,7 +67,7 @@ class ContextError(GraphError):
 
     Args:
         message: text that says what is wrong.
-        value: value of the input that caused the problem; the finding points to this input in the file.
+        value: value of the input that caused the error; the finding has the position of this input in the file.
         help: lines of the finding's help, with legal values and remedies.
     """
 
@@ -109,7 +109,7 @@ class ControlError(GraphError):
 
 
 class NodeError(GraphError):
-    """A node raised an exception, which is the `__cause__` of this one.
+    """A node raised an exception, which is the `__cause__` of the NodeError.
 
     Args:
         message: text with the exception, the node, its position in the file, its inputs and the tick.
@@ -146,7 +146,7 @@ class StateError(UsageError):
 
 
 class BlockedPoseError(UsageError):
-    """A robot or object would overlap others at its new pose; it was not placed there."""
+    """A robot or object was not placed at a new pose, because it would overlap others."""
 
 
 class ExpectationError(GraphError, AssertionError):

@@ -1,4 +1,4 @@
-"""Faults of sensors and topics: data that is lost, or that arrives late."""
+"""Faults of sensors and topics, by which data is lost or arrives late."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Impairment:
     """The effect of a fault of one sensor or topic.
 
     Attributes:
-        loss: probability with which an item is lost; 1: all are lost.
-        delay: number of ticks by which the other items arrive late.
-        ticks: number of ticks after which the fault ends; None: it does not end by itself.
+        loss: probability that an item is lost; with 1, all items are lost.
+        delay: number of ticks by which all other items arrive late.
+        ticks: number of ticks after which the fault ends; None: the fault has no end.
         seed: seed of the losses.
     """
 
@@ -31,21 +31,21 @@ class Impairment:
 
 
 class Faults(Stateful):
-    """The faults that act on sensors or on topics, by name. When a fault ends, delayed items that have not arrived are lost."""
+    """The faults of sensors or of topics. When a fault ends, the delayed items that have not arrived are lost."""
 
     kept = ("acting", "_counts", "_ended", "_tick", "_waiting")
 
     def __init__(self) -> None:
         self._tick, self._ended = 0, False
         self.acting: dict[str, tuple[Impairment, float]] = {}
-        """Each fault, and the number of the last tick in which it acts."""
+        """The fault of each sensor or topic, and the number of the last tick in which the fault acts."""
         self._waiting: dict[tuple[str, str], list[tuple[int, Any]]] = {}
-        """Delayed items for each receiver of a sensor or topic, with the number of the tick in which they arrive."""
+        """For each sensor or topic and each receiver: the delayed items, with the number of the tick of arrival."""
         self._counts: Counter[tuple[str, str]] = Counter()
-        """Number of items since the fault began."""
+        """For each sensor or topic and each receiver: the number of items since the fault began."""
 
     def put(self, name: str, fault: Impairment) -> None:
-        """Let a fault act from the next tick on; it replaces the current fault of the sensor or topic."""
+        """Let a fault act on a sensor or topic from the next tick on, instead of the current fault."""
         self.lift(name)
         self.acting[name] = fault, float("inf") if fault.ticks is None else self._tick + fault.ticks
 
@@ -61,7 +61,7 @@ class Faults(Stateful):
             self.lift(name)
 
     def begin_tick(self) -> bool:
-        """Begin a tick and end the faults whose time is over; return whether a fault acts, or has ended since the last tick."""
+        """Begin a tick and end expired faults; return whether a fault acts, or has ended since the last tick."""
         self._tick += 1
         for name in [name for name, (_, last) in self.acting.items() if self._tick > last]:
             self.lift(name)
@@ -72,8 +72,8 @@ class Faults(Stateful):
         """Return the items that reach a receiver in this tick, oldest first.
 
         Args:
-            name: sensor or topic, on which a fault acts.
-            receiver: name of the receiver; the items that are lost are drawn for each receiver independently.
+            name: sensor or topic with a fault.
+            receiver: name of the receiver; losses are drawn independently for each receiver.
             items: new items.
         """
         fault, key = self.acting[name][0], (name, receiver)

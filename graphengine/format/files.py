@@ -1,8 +1,8 @@
 """Finds the files that arguments and other files refer to, and checks that they lie in folders that may be read.
 
-A reference is looked up beside the file that contains it, then among the graphs and scenes of this package. The file found must
-lie in the folder of the file that the user gave, in this package, in an installed ROS package, or in a folder that the user
-allowed. An untrusted scene therefore cannot read other files.
+A reference is looked up beside the file that contains the reference, then among the graphs and scenes of this package. The found
+file must lie in the folder of the file that the user gave, in this package, in an installed ROS package, or in a folder that the
+user allowed. An untrusted scene therefore cannot read other files.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from graphengine.format.wording import allowing, did_you_mean, listing, quoted
 
 
 def shipped() -> Path:
-    """Return the folder that contains the included `graphs/` and `scenes/`: `_data` in a wheel, otherwise the checkout."""
+    """Return the folder with the included `graphs/` and `scenes/`: `_data` in a wheel, otherwise the checkout."""
     package = Path(__file__).resolve().parents[1]
     data = package / "_data"
     return data if data.is_dir() else package.parent
 
 
 Signature = tuple[int, ...] | None
-"""Mode, inode, size and times of a file, by which a change of the file is detected; None for a missing file."""
+"""Mode, inode, size and times of a file, for the detection of changes; None for a missing file."""
 
 
 def signature(path: str | os.PathLike[str]) -> Signature:
@@ -56,11 +56,11 @@ OTHERS = (
     (USD, f"a {STAGE}", "import", ""),
     ((".mcap",), "a recording", "replay", ""),
 )
-"""Kinds of files that are not scenes or graphs: suffixes, name of the kind, and the verb that reads it, with its arguments."""
+"""For each kind of file other than scenes and graphs: suffixes, name for messages, the verb that reads it, more arguments."""
 MAX_NAMED = 5
-"""Maximum number of scene files that the error message names if the user gives a folder."""
+"""Maximum number of scene files in the error message for a folder."""
 MAX_SEARCHED = 10_000
-"""Number of bytes at the beginning of a file in which its key `scene` or `graph` is searched."""
+"""Number of bytes at the beginning of a file in which the keys `scene` and `graph` are searched."""
 _SCENE, _GRAPH = re.compile(rb"^scene\s*:", re.MULTILINE), re.compile(rb"^graph\s*:", re.MULTILINE)
 
 
@@ -69,7 +69,7 @@ class NotFoundError(Exception):
 
     Args:
         message: text that says what is wrong.
-        help: lines with remedies; empty ones are allowed.
+        help: lines with remedies; empty lines are allowed.
     """
 
     def __init__(self, message: str, *help: str) -> None:
@@ -84,17 +84,17 @@ class Files:
 
     roots: tuple[Path, ...]
     near: Path | None = None
-    """Working directory; messages show the files in it by relative paths. None: messages show paths as they were found."""
+    """Working directory; messages show relative paths for files in this folder. None: messages show paths unchanged."""
     installed: tuple[Path, ...] = ()
-    """Folders that contain installed ROS packages, such as `install/share`; they are also in `roots`."""
+    """Folders with installed ROS packages, such as `install/share`; `roots` has these folders too."""
     base: Path = field(default_factory=shipped)
     """Folder with the included `graphs/` and `scenes/`."""
     texts: Mapping[Path, GivenText] = field(default_factory=dict, compare=False, repr=False)
-    """Texts that a program passed in place of files, by the absolute paths that stand for them."""
+    """Each text that a program passed instead of a file, by the absolute path that stands for the text."""
     used: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
-    """Signature of each file that was read, from before it was read, by absolute path and in the order of reading."""
+    """Signature of each file from before it was read, by absolute path, in the order of reading."""
     sought: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
-    """Signature of each path at which a file was looked up and not found; None unless a folder, pipe or device is there."""
+    """Signature of each path where a file was looked up and not found; None unless the path is a folder, pipe or device."""
 
     @staticmethod
     def of(
@@ -105,15 +105,15 @@ class Files:
         base: Path | None = None,
         text: GivenText | None = None,
     ) -> Files:
-        """Return the files that may be read for a scene or graph file that the user gives: those in its folder and below.
+        """Return a record for a scene or graph file that the user gives, with access to files in the file's folder and below.
 
         Args:
             given: path of the file.
             allowed: additional folders that the user allows to be read.
             near: working directory, as in the attribute `near`.
             installed: folders that contain installed ROS packages.
-            base: folder that contains the included `graphs/` and `scenes/`; None: the result of `shipped`.
-            text: text in place of the file; the path is then its label in the folder from which relative paths start.
+            base: folder with the included `graphs/` and `scenes/`; None: the result of `shipped`.
+            text: text instead of the file; `given` is then the text's label in the folder where relative paths start.
         """
         base = base or shipped()
         roots = (base / "graphs", base / "scenes", *(path.resolve() for path in (*allowed, *installed)))
@@ -122,27 +122,27 @@ class Files:
         return Files(roots, near, tuple(path.absolute() for path in installed), base, texts).beside(given)
 
     def beside(self, given: Path) -> Files:
-        """Return a copy that also allows reading in the folder of `given`, and record `given`. The copy shares this record."""
+        """Record `given`; return a copy that also allows reading in the folder of `given`, and that shares this record."""
         self.note(given)
         return replace(self, roots=(given.resolve().parent, *self.roots))
 
     def note(self, path: Path) -> None:
-        """Record the signature of a file; called before the file is read. A file that is already recorded keeps its signature."""
+        """Record the signature of a file before the file is read; the signature of an already recorded file stays."""
         place = Path(os.path.abspath(path))
         if place not in self.used:
             self.used[place] = signature(place)
 
     def note_missing(self, path: Path) -> None:
-        """Record that no file was found at a path, so that a file that appears there counts as a change."""
+        """Record that no file was found at a path, so that a new file at the path counts as a change."""
         place = Path(os.path.abspath(path))
         self.sought[place] = signature(place)
 
     def text(self, path: Path) -> GivenText | None:
-        """Return the text that stands in place of the file at a path; None for a file."""
+        """Return the text that replaces the file at a path; None for a file."""
         return self.texts.get(Path(os.path.abspath(path)))
 
     def content(self, path: Path) -> bytes:
-        """Return the content of a file, or of the text in its place.
+        """Return the content of a file, or of the text that replaces the file.
 
         Raises:
             OSError: the file cannot be read.
@@ -153,28 +153,26 @@ class Files:
             return file.read()
 
     def include(self, other: Files) -> None:
-        """Add the paths and signatures that another object recorded; paths that are already recorded keep their signatures."""
-        for path, before in other.used.items():
-            self.used.setdefault(path, before)
-        for path, before in other.sought.items():
-            self.sought.setdefault(path, before)
+        """Add the paths and signatures of another record; already recorded paths keep their signatures."""
+        self.used.update(other.used | self.used)
+        self.sought.update(other.sought | self.sought)
 
     def noted(self) -> dict[Path, Signature]:
         """Return all recorded paths with their recorded signatures."""
         return self.sought | self.used
 
     def changed(self) -> set[Path]:
-        """Return the recorded paths whose files have changed, appeared or disappeared since they were recorded."""
+        """Return the recorded paths whose files have since changed, appeared or disappeared."""
         return {path for path, before in self.noted().items() if signature(path) != before}
 
     def links(self) -> Iterator[Path]:
-        """Yield the paths of the symbolic links in installed ROS packages; the targets of these links may be read anywhere."""
+        """Yield the symbolic links in installed ROS packages; each target may be read, even outside of the allowed folders."""
         for top in self.installed:
             for folder, folders, names in os.walk(top):
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
-        """Return the path of the file that another file in `folder` refers to as `reference`; the path is as `shown` returns it.
+        """Find the file that another file in `folder` refers to as `reference`; return the path for messages (see `shown`).
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
@@ -186,10 +184,8 @@ class Files:
         for place in places:
             if os.path.isfile(place):  # False for illegal names, too
                 if not self.may_read(place):
-                    raise NotFoundError(
-                        f"{reference!r} lies outside the folder of the file you gave",
-                        allowing(place.resolve().parent),
-                    )
+                    outside = f"{reference!r} lies outside the folder of the file you gave"
+                    raise NotFoundError(outside, allowing(place.resolve().parent))
                 self.note(place)
                 return self.shown(place)
             if self.may_read(place):
@@ -200,14 +196,14 @@ class Files:
     def look_up(
         self, reference: str, folder: Path, findings: Findings, span: Span | None, owner: str = ""
     ) -> Path | None:
-        """Return the path of the file that a reference means, as `find` does; None after an error, which is added to `findings`.
+        """Return the path of the file that a reference means, as `find` does; add errors to `findings`, and then return None.
 
         Args:
             reference: path as it is written in a file.
             folder: folder of the file that contains the reference.
             findings: receives the error.
             span: position of the reference.
-            owner: text that precedes the error message and says what the file is for, such as `graph 'clock': `.
+            owner: beginning of the error message that says which entry needs the file, such as `graph 'clock': `.
         """
         try:
             path = self.find(reference, folder)
@@ -216,23 +212,23 @@ class Files:
             return None
         if path.suffix.lower() not in USD:
             return path
-        command = f"read its ActionGraphs: graphrun import {quoted(self.shown(path))}"
         advice = (
             "give the MJCF or SDF file of the world, or the URDF file of the robot; Isaac Sim exports robots as URDF"
         )
+        command = f"read its ActionGraphs: graphrun import {quoted(self.shown(path))}"
         findings.add("S101", f"{owner}{str(reference)!r} is a {STAGE}", span, advice, command)
         return None
 
     def shown(self, path: Path) -> Path:
-        """Return the path that messages show: relative to the working directory for a file in it, otherwise unchanged."""
+        """Return the path for messages: relative for a file in the working directory, otherwise unchanged."""
         if self.near is not None and path.resolve().is_relative_to(self.near):
             return path.resolve().relative_to(self.near)
         return path
 
     def may_read(self, path: Path) -> bool:
-        """Return whether a file lies below one of `roots` after symbolic links are resolved.
+        """Return whether a file, with symbolic links resolved, lies below one of `roots`.
 
-        Links in installed ROS packages may lead anywhere, because `colcon build --symlink-install` creates links to the sources.
+        Links in installed ROS packages may lead anywhere, because `colcon build --symlink-install` makes links to the sources.
         """
         if ".." not in path.parts and any(path.is_relative_to(folder) for folder in self.installed):
             return True
@@ -264,18 +260,18 @@ def _in_package(reference: str) -> Path:
         if os.path.isfile(folder / path):
             return folder / path
     if folders:
-        raise NotFoundError(f"no file {path!r} in the package {package!r}", _beside(str(folders[0] / path)))
+        beside = str(folders[0] / path)
+        raise NotFoundError(f"no file {path!r} in the package {package!r}", did_you_mean(beside, _yaml_files(beside)))
     known = {name for share in shares if os.path.isdir(share) for name in os.listdir(share)}
     remedy = did_you_mean(package, known) if known else "no ROS workspace is sourced: source install/setup.bash"
     raise NotFoundError(f"no package {package!r}", remedy)
 
 
 def find_file(name: str) -> Path:
-    """Return the path of the scene or graph file that a command-line argument means.
+    """Return the path of the scene or graph file that a command-line argument means; relative in the working directory.
 
     The argument is a path, the name of an included file, or a file of a ROS package in a sourced workspace, such as
-    `package://my_robot/scenes/hall.yaml` or `my_robot/scenes/hall.yaml`. A path in the working directory is returned as a
-    relative path.
+    `package://my_robot/scenes/hall.yaml` or `my_robot/scenes/hall.yaml`.
 
     Raises:
         UsageError: no such file exists.
@@ -306,10 +302,10 @@ def find_file(name: str) -> Path:
 
 
 def require_suffix(path: str | Path, verb: str) -> None:
-    """Check that the suffix of a file is not one that belongs to another verb, such as `.urdf` to `import-robot`.
+    """Check that the suffix of a file does not belong to another verb, as `.urdf` belongs to `import-robot`.
 
     Raises:
-        UsageError: it is; the message has the command for the file.
+        UsageError: the suffix belongs to another verb; the message has the command for the file.
     """
     for suffixes, what, other, more in OTHERS:
         if Path(path).suffix.lower() in suffixes and other != verb:
@@ -317,13 +313,13 @@ def require_suffix(path: str | Path, verb: str) -> None:
 
 
 def _names_in(folder: Path) -> list[str]:
-    """Return the names of the included files in a folder that can be run by themselves, sorted."""
+    """Return the sorted names of the included files in a folder that can be run alone."""
     names = sorted(str(path.relative_to(folder).with_suffix("")) for path in folder.rglob("*.yaml"))
     return [name for name in names if name.partition("/")[0] not in ("robots", "sensors")]
 
 
 def require_file(path: str | Path) -> None:
-    """Check that a path is a regular file, since opening a pipe could block.
+    """Check that a path is a regular file, because opening a pipe could block.
 
     Raises:
         UsageError: the path does not exist, or is a folder, pipe or device.
@@ -334,7 +330,7 @@ def require_file(path: str | Path) -> None:
 
 
 def _scenes_in(folder: Path) -> list[str]:
-    """Return the paths of up to `MAX_NAMED` scene files in a folder; subfolders are not searched."""
+    """Return the paths of up to `MAX_NAMED` scene files in a folder, without its subfolders."""
     scenes: list[str] = []
     with contextlib.suppress(OSError):
         for path in sorted(folder.glob("*.y*ml")):
@@ -343,11 +339,6 @@ def _scenes_in(folder: Path) -> list[str]:
                     begins = file.read(MAX_SEARCHED)
                 scenes += [str(path)] if _SCENE.search(begins) and not _GRAPH.search(begins) else []
     return scenes
-
-
-def _beside(name: str) -> str:
-    """Return a suggestion of YAML files in the same folder with similar names; empty if no name is similar."""
-    return did_you_mean(name, _yaml_files(name))
 
 
 def _yaml_files(name: str) -> list[str]:
@@ -360,12 +351,12 @@ def _yaml_files(name: str) -> list[str]:
 
 
 def near(path: str) -> str:
-    """Return a path relative to the working directory if it lies in this directory, otherwise unchanged."""
+    """Return a path in the working directory as a relative path, and any other path unchanged."""
     relative = os.path.relpath(path)
     return path if relative.startswith("..") else relative
 
 
 def installed_packages() -> list[Path]:
-    """Return the `share` folders of the sourced ROS workspaces, from the environment variable AMENT_PREFIX_PATH."""
+    """Return the `share` folders of the sourced ROS workspaces, which the environment variable AMENT_PREFIX_PATH lists."""
     prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
     return [Path(prefix).absolute() / "share" for prefix in prefixes]

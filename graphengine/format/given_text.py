@@ -1,4 +1,4 @@
-"""The text of a scene or graph that a program passes in place of a file."""
+"""The text of a scene or graph that a program passes instead of a file."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class GivenText:
     """A text that is read like the content of a file.
 
     Attributes:
-        label: name that messages show in place of a file name: `<text>` or `<dict>`.
+        label: name that messages show instead of a file name: `<text>` or `<dict>`.
         data: the text, in UTF-8.
-        keyed: whether messages show the path of a key in place of line and column; each value begins on a line of its own.
+        keyed: whether messages show the path of a key instead of line and column; each value then begins on a new line.
     """
 
     label: str

@@ -1,4 +1,4 @@
-"""Compares the installed files of this package with those of its distribution; finds another distribution in its place."""
+"""Finds conflicts of this installation: changed or foreign files, and another distribution with the same package."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _SHOWN = 2
 
 
 def conflicts() -> tuple[list[str], list[str]]:
-    """Look for another distribution with this package, and for files that are not those of `graphrun`.
+    """Look for another distribution with this package, and for files that differ from the distribution `graphrun`.
 
     Returns:
-        One line for each conflict, and the commands that repair them; both are empty without a conflict.
+        One line for each conflict, and the commands that repair the conflicts; both are empty without a conflict.
     """
     found, remedies = list[str](), list[str]()
     other, own = _installed(PACKAGE), _installed(NAME)
@@ -62,12 +62,12 @@ def _unlike(own: metadata.Distribution) -> tuple[list[Path], list[Path]]:
 
 
 def _digest(path: Path) -> str:
-    """Return the digest of a file as a RECORD has it."""
+    """Return the digest of a file in the format of a RECORD."""
     digest = hashlib.sha256(path.read_bytes()).digest()
     return f"sha256={base64.urlsafe_b64encode(digest).rstrip(b'=').decode()}"
 
 
 def _listing(paths: list[Path]) -> str:
-    """Return the first paths of a list and the number of the others."""
+    """Return the first paths of a list, and the number of the other paths, as text."""
     more = f" and {len(paths) - _SHOWN} more" if len(paths) > _SHOWN else ""
     return ", ".join(map(str, paths[:_SHOWN])) + more

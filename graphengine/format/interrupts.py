@@ -1,8 +1,8 @@
-"""Ctrl-C in the program `graphrun`, or a lack of memory, ends the program without a traceback, from its first import to its exit.
+"""Ends the program `graphrun` without a traceback after Ctrl-C or a lack of memory, from the first import to the exit.
 
-Python raises KeyboardInterrupt in whatever code is running. Inside the initialization of a C module it becomes an ImportError,
-and in a destructor it is printed and lost. So the handler waits until the current import has ended, and sends a lost interrupt
-again. A lost MemoryError ends the process: if a thread runs out of memory as it starts, the thread that starts it waits forever.
+Python raises KeyboardInterrupt at any place in the running code. Inside the initialization of a C module, the exception becomes
+an ImportError; in a destructor, it is printed and lost. So the handler waits until the current import has ended, and sends a lost
+interrupt again. A lost MemoryError ends the process: if a thread runs out of memory at its start, its starter waits forever.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ _raised: list[int] = []
 
 
 def is_program() -> bool:
-    """Return whether this process is `graphrun` or `python -m graphengine.cli`, not another program that imports the package."""
+    """Return whether this process is `graphrun` or `python -m graphengine.cli`; False for a program that imports the package."""
     return os.path.basename(sys.argv[0]).startswith("graphrun") or "graphengine.cli" in sys.orig_argv
 
 
 def begin() -> None:
-    """End the process at Ctrl-C, as long as it only imports modules; SIGINT stays ignored if it was."""
+    """Let Ctrl-C end the process while it imports modules; an ignored SIGINT stays ignored."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _exit)
 
@@ -41,20 +41,20 @@ def work() -> None:
     """Let Ctrl-C raise KeyboardInterrupt from now on, but never inside an import. Call this function after `begin`."""
     if signal.getsignal(signal.SIGINT) is _exit:
         signal.signal(signal.SIGINT, interrupt)
-    import threading  # not at the top: until `begin`, Ctrl-C prints a traceback
+    import threading  # not at the top, because before `begin` Ctrl-C prints a traceback
 
     sys.unraisablehook, sys.excepthook = _raise_again, _report
     threading.excepthook = lambda lost: _report(lost.exc_type, lost.exc_value or lost.exc_type(), lost.exc_traceback)
 
 
 def finish() -> None:
-    """End the process at Ctrl-C while the interpreter closes; call it when the work is done and the output is flushed."""
+    """Let Ctrl-C end the process while the interpreter closes; call this function after the output is flushed."""
     if signal.getsignal(signal.SIGINT) is interrupt:
         signal.signal(signal.SIGINT, _exit)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt, as a signal handler; where it would be lost, as in an import, raise it later."""
+    """Handle a signal: raise KeyboardInterrupt, or raise it later if it would be lost now, as in an import."""
     if not _loses(frame):
         _raised.append(number)
         raise KeyboardInterrupt
@@ -63,7 +63,7 @@ def interrupt(number: int, frame: FrameType | None) -> None:
 
 @contextlib.contextmanager
 def by_sigterm() -> Iterator[None]:
-    """Return a context manager in which SIGTERM raises KeyboardInterrupt; without effect except in the main thread."""
+    """Return a context in which SIGTERM raises KeyboardInterrupt; without effect outside of the main thread."""
     try:
         before = signal.signal(signal.SIGTERM, interrupt)
     except ValueError:
@@ -77,7 +77,7 @@ def by_sigterm() -> Iterator[None]:
 
 @contextlib.contextmanager
 def deferred() -> Iterator[None]:
-    """Return a context manager in which SIGINT and SIGTERM take effect at its end; without effect except in the main thread."""
+    """Return a context at whose end SIGINT and SIGTERM take effect; without effect outside of the main thread."""
     import threading
 
     held: list[int] = []
@@ -106,9 +106,9 @@ def _loses(frame: FrameType | None) -> bool:
 
 
 def _wait(number: int, thread: int) -> None:
-    """Send the signal again when a thread can raise the interrupt; unlike `interrupt_main`, a signal ends a wait for a lock.
+    """Send the signal again when a thread can raise the interrupt; a signal ends a wait for a lock, unlike `interrupt_main`.
 
-    A signal that arrives just before the thread starts to wait does not end this wait. So it is sent until the thread raises.
+    A signal just before the beginning of a wait does not end the wait. So the signal is sent until the thread raises.
     """
     raised, sent = len(_raised), False
     while not sent or (len(_raised) == raised and signal.getsignal(number) is interrupt):
@@ -119,17 +119,17 @@ def _wait(number: int, thread: int) -> None:
 
 
 def _raise_again(lost: sys.UnraisableHookArgs) -> None:
-    """Report an exception that Python cannot raise where it occurred; an interrupt is sent again instead."""
+    """Report an exception that Python cannot raise at the place of its origin; send an interrupt again instead."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
         _thread.start_new_thread(_wait, (signal.SIGINT, _thread.get_ident()))
     elif issubclass(lost.exc_type, MemoryError):
         end_without_memory()
-    elif not _raised:  # an interrupt leaves objects half made, whose destructors fail
+    elif not _raised:  # destructors of objects that an interrupt left half made fail
         sys.__unraisablehook__(lost)
 
 
 def _report(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
-    """Print the traceback of an uncaught exception, unless it is a second Ctrl-C while the first ends the program."""
+    """Print the traceback of an uncaught exception, except for a second Ctrl-C while the first one ends the program."""
     if has_cause(error, MemoryError):
         end_without_memory()
     if not has_cause(error, KeyboardInterrupt):
@@ -149,7 +149,7 @@ def end_without_memory() -> None:
 
 
 def end(code: int) -> None:
-    """Write the buffered output, and end the process at once."""
+    """Write the buffered output, and end the process immediately."""
     try:
         sys.stdout.flush()
     finally:
@@ -157,7 +157,7 @@ def end(code: int) -> None:
 
 
 def has_cause(error: BaseException, kind: type[BaseException]) -> bool:
-    """Return whether an exception is of a kind, or was raised while one of the kind was handled."""
+    """Return whether an exception is of a class, or was raised while an exception of the class was handled."""
     found: BaseException | None = error
     while found is not None and not isinstance(found, kind):
         found = found.__context__

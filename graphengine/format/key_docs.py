@@ -1,7 +1,7 @@
 """Descriptions of keys: the docstrings below the fields of a spec class.
 
-They are parsed when a message or the JSON Schema shows them, because pydantic's `use_attribute_docstrings` parses the source of
-each class at import, which takes a quarter of the time that importing the specs does.
+This module parses the docstrings when a message or the JSON Schema shows them. Pydantic's `use_attribute_docstrings` would parse
+the source of each class at import, and so take a quarter of the import time of the specs.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 
 def key_docs(model: type[BaseModel]) -> Mapping[str, str]:
-    """Return the description of each key that has one: the `description` of its `Field`, or else its docstring."""
+    """Return the description of each described key: the `description` of the `Field`, or else the docstring."""
     docs: dict[str, str] = {}
     for base in reversed(model.__mro__):
         if issubclass(base, BaseModel) and base is not BaseModel:
@@ -28,7 +28,7 @@ def key_docs(model: type[BaseModel]) -> Mapping[str, str]:
 
 @functools.cache
 def _docs_in(module: str) -> Mapping[str, Mapping[str, str]]:
-    """Return the attribute docstrings of each class of a module; empty if its source file is missing or no longer parses."""
+    """Return the attribute docstrings of each class of a module; empty if the source file is missing or cannot be parsed."""
     try:
         tree = ast.parse(inspect.getsource(sys.modules[module]))
     except (KeyError, OSError, SyntaxError, TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""A registry to which the modules of a package add entries: a new kind of device, for example, needs only a new module."""
+"""A registry to which the modules of a package add entries, so that a new kind of device, for example, is only a new module."""
 
 from __future__ import annotations
 
@@ -45,4 +45,4 @@ class Kinds(Generic[T]):
 
 
 DEVICES: Kinds[Any] = Kinds("graphengine.devices")
-"""The kinds of sensor that a robot file can list below `sensors`; the entries are `graphengine.devices.device.Device` objects."""
+"""The kinds of sensors for `sensors` of a robot file; the entries are `graphengine.devices.device.Device` objects."""

@@ -1,4 +1,4 @@
-"""Pydantic types that validate the names, prim paths and namespaces in files."""
+"""Pydantic types for the names, prim paths and namespaces in files."""
 
 from __future__ import annotations
 
@@ -23,20 +23,18 @@ _PART = "[A-Za-z_][A-Za-z0-9_]*"
 
 def _robot_path(path: str) -> str:
     if not re.fullmatch(f"(/{_PART})+", path):
-        raise ValueError(
-            f"{path!r} is not a legal path for a robot's prim; write a path such as /World/robot, whose names "
-            "consist of letters, digits and '_' and do not begin with a digit"
-        )
+        legal = "such as /World/robot, whose names consist of letters, digits and '_' and do not begin with a digit"
+        raise ValueError(f"{path!r} is not a legal path for a robot's prim; write a path {legal}")
     return path
 
 
 _NAMESPACE = re.compile(rf"\W*({_PART}(/{_PART})*)?\W*")  # \W does not match letters of other alphabets
 NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
-"""Pattern of the placeholders `{name}`, `{index}` and `{index:04}`, which stand for a robot's name and number in a namespace."""
+"""Pattern of the placeholders `{name}`, `{index}` and `{index:04}` for a robot's name and number in a namespace."""
 
 
 def _namespace(value: str) -> str:
-    """Return `value` if it can be part of a ROS 2 namespace; slashes and punctuation at its ends are accepted and trimmed later.
+    """Return a value that can be part of a ROS 2 namespace; slashes and punctuation at both ends are trimmed later.
 
     Raises:
         ValueError: the value has other illegal characters, an empty part, or a part that begins with a digit.

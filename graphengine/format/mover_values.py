@@ -1,4 +1,4 @@
-"""The types of the keys of a mover: points, shapes and loops."""
+"""Pydantic types for the keys of a mover: points, shapes and loops."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _padded(value: Any) -> Any:
 
 
 def keys_of_stop(value: Any) -> Any:
-    """Return the keys of a point of a path that is given as a list."""
+    """Return a point of a path, given as a list, as a dict with the key `at`; other values are unchanged."""
     return {"at": value} if isinstance(value, list) else value
 
 

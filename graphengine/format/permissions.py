@@ -1,7 +1,7 @@
 """Permissions that a user grants to graph files: to read files and named environment variables, and to run Python code.
 
-By default, graphs may neither read environment variables nor run code: a variable can be a secret, which a topic would
-publish, and code can do anything.
+By default, graphs may not read environment variables, because a topic could publish a secret, and may not run code, because code
+can do anything.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ LARGEST_FILE = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class Permissions:
-    """What the nodes of graphs may read and run.
+    """The permissions of the nodes of graphs.
 
     Attributes:
         files: folders from which nodes may read files; None: nodes may not read files.
-        environment: values of the environment variables that nodes may read, by name; empty for a variable that is not set.
+        environment: value of each environment variable that nodes may read, by name; empty for a variable that is not set.
         scripts: whether graphs may run Python code without a sandbox.
     """
 
@@ -49,7 +49,7 @@ class Permissions:
         """Return the path and content of the text file that a graph file in `folder` refers to as `reference`.
 
         Raises:
-            ContextError: the file does not exist, graphs are not permitted to read it, it is too large, or it is not UTF-8.
+            ContextError: the file does not exist, is too large or is not UTF-8, or graphs are not permitted to read it.
         """
         if self.files is None:
             raise ContextError("graphs may not read files in this session", reference)
@@ -75,7 +75,5 @@ class Permissions:
             ContextError: graphs may not run Python code in this session.
         """
         if not self.scripts:
-            advice = "read the code, then allow it with --allow-scripts"
-            raise ContextError(
-                "the node runs Python code, but graphs are not permitted to run code by default", None, advice
-            )
+            what = "the node runs Python code, but graphs are not permitted to run code by default"
+            raise ContextError(what, None, "read the code, then allow it with --allow-scripts")

@@ -1,4 +1,4 @@
-"""Names and paths of prims, as text."""
+"""Converts and compares names and paths of prims, as text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from graphengine.format.errors import PrimError
 
 
 def prim_name(name: str) -> str:
-    """Return a name with all characters that are illegal in USD replaced by `_`, and with `_` before a leading digit."""
+    """Return a name that is legal in USD: `_` replaces illegal characters and precedes a leading digit."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"_{plain}" if plain[:1].isdigit() else plain
 
@@ -19,13 +19,12 @@ def normalize(path: str) -> str:
     Raises:
         PrimError: the path is not absolute, or one of its elements is `.` or `..`.
     """
+    what = f"{path!r} is not a prim path"
     if not path.startswith("/"):
-        raise PrimError(
-            f"{path!r} is not a prim path", path, "a prim path begins with '/', as in /dd100/Geometry/base_link"
-        )
+        raise PrimError(what, path, "a prim path begins with '/', as in /dd100/Geometry/base_link")
     parts = [part for part in path.split("/") if part]
     if any(part in (".", "..") for part in parts):
-        raise PrimError(f"{path!r} is not a prim path", path, "write the path without '.' and '..'")
+        raise PrimError(what, path, "write the path without '.' and '..'")
     return "/" + "/".join(parts)
 
 

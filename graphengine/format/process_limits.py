@@ -1,4 +1,4 @@
-"""Checks for free address space and file descriptors; if these run out, C libraries abort the process without a message."""
+"""Checks for free address space and file descriptors; without these, C libraries abort the process without a message."""
 
 from __future__ import annotations
 

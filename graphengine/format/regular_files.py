@@ -1,4 +1,4 @@
-"""Opens files whose paths come from users or from other files; pipes and devices, which could block, are refused."""
+"""Opens files whose paths come from users or other files; refuses pipes and devices, which could block."""
 
 from __future__ import annotations
 

@@ -158,9 +158,8 @@ class MaterialSpec(FileSpec):
         if self.expressed_in and self.direction is None:
             raise ValueError("`expressed_in` is the frame of `direction`; give a `direction` too")
         if self.steady_sliding and self.direction is None:
-            raise ValueError(
-                "`steady_sliding` needs `across` and `direction`; for equal friction, repeat `dynamic_friction`"
-            )
+            remedy = "for equal friction, repeat `dynamic_friction`"
+            raise ValueError(f"`steady_sliding` needs `across` and `direction`; {remedy}")
         return self
 
 

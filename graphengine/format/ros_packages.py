@@ -12,12 +12,12 @@ MAX_FOLDERS = 20_000
 """Maximum number of folders that are searched for ROS packages."""
 
 _MAX_BYTES = 256 * 1024
-"""Number of bytes at the beginning of a manifest in which the package name is searched."""
+"""Number of bytes at the beginning of a manifest in which the name of the package is searched."""
 _NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 
 
 def manifest_name(folder: Path) -> str | None:
-    """Return the package name in the manifest of a folder; None if the folder has no manifest, or the manifest has no name."""
+    """Return the package name in the manifest of a folder; None without a manifest or without a name in the manifest."""
     manifest = folder / MANIFEST
     if not manifest.is_file():
         return None
@@ -33,14 +33,14 @@ def package_folder(path: Path) -> Path:
 
 
 def walk(top: Path, depth: int, closes: Callable[[Sequence[str]], bool]) -> Iterator[tuple[Path, list[str]]]:
-    """Yield the folders of a tree with the names of their files; a folder comes before its subfolders.
+    """Yield the folders of a tree with the names of their files; each folder precedes its subfolders.
 
     Hidden folders are skipped, and at most MAX_FOLDERS folders are visited.
 
     Args:
-        top: folder to start from.
+        top: folder at which the tree begins.
         depth: maximum number of levels below `top`.
-        closes: called with the names of the files in a folder below `top`; if it returns true, the subfolders are skipped.
+        closes: called with the names of the files in a folder below `top`; the result True skips the subfolders.
     """
     for count, (place, folders, names) in enumerate(os.walk(top), 1):
         yield Path(place), names

@@ -46,10 +46,8 @@ def _whole_number(value: Any) -> Any:
 
 def _evaluator(value: Any) -> Any:
     if value in ("dirty_push", "lazy"):
-        raise ValueError(
-            f"{value!r} graphs are not supported; use push, which computes every node, "
-            "or execution, which computes a data node when another node reads it"
-        )
+        ways = "push, which computes every node, or execution, which computes a data node when another node reads it"
+        raise ValueError(f"{value!r} graphs are not supported; use {ways}")
     return value
 
 
@@ -180,9 +178,8 @@ class NodeSpec(FileSpec):
         if self.type and self.parameters:
             raise ValueError("only a node with a `subgraph` has `parameters`; set port values under `inputs:`")
         if self.subgraph and self.every:
-            raise ValueError(
-                "`every` is not allowed beside `subgraph`; set `every` on the nodes in the subgraph's own file"
-            )
+            remedy = "set `every` on the nodes in the subgraph's own file"
+            raise ValueError(f"`every` is not allowed beside `subgraph`; {remedy}")
         return self
 
 

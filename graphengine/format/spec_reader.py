@@ -29,10 +29,10 @@ from graphengine.format.wording import listing, shown
 S = TypeVar("S", bound=Spec)
 
 KINDS: dict[str, type[Spec]] = {"graph": GraphSpec, "scene": SceneSpec, "robot": RobotSpec}
-"""Spec class of each kind of file; every file has a key with the name of its kind, such as `graph: drive`."""
+"""Spec class of each kind of file; each file has a key with the name of its kind, such as `graph: drive`."""
 
 SCENARIO = "scenario"
-"""Key of scenario files, which `graphengine.experiments` reads."""
+"""Key with which `graphengine.experiments` recognizes scenario files."""
 
 _PLAIN: Mapping[str, tuple[str, str]] = {
     "missing": ("G107", "missing key {name!r}"),
@@ -63,12 +63,12 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
 
 
 def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
-    """Validate plain data as a spec; return None after errors, which are added to `findings` with their positions.
+    """Validate plain data as a spec; add errors with their positions to `findings`, and then return None.
 
     Args:
         model: class of the spec.
         document: file that contains the data, for positions.
-        data: data to validate; it can differ from the file by the values of parameters.
+        data: data to validate; values of parameters may replace values of the file.
         findings: receives the errors.
     """
     if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
@@ -107,7 +107,7 @@ def read_given(model: type[S], name: str, given: Mapping[str, Any]) -> S:
 
 
 def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
-    """Return whether a file is of another kind than `model`, such as a scene instead of a graph; if so, add one finding."""
+    """Return whether a file is of another kind than `model`, such as a scene instead of a graph, and add one finding if so."""
     if SCENARIO in data and SCENARIO not in model.model_fields:
         remedy = "run it with `graphrun test`; `graphrun test --collect-only` only checks it"
         findings.add("G107", "this is a scenario, not a scene, robot or graph", document.key_span(SCENARIO), remedy)
@@ -166,12 +166,12 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
 
 
 def keys_of(model: type[BaseModel]) -> Mapping[str, FieldInfo]:
-    """Return the fields of a spec by their keys in a file, such as `for` of a field `for_`."""
+    """Return each field of a spec by its key in a file, such as `for` for a field `for_`."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def _name(location: Location) -> str:
-    """Return the name of a location for messages: its last key with indices, such as `position[1]`; `file` for the whole file."""
+    """Return the name of a location for messages: the last key with indices, such as `position[1]`, or `file` without a key."""
     names = [index for index, part in enumerate(location) if isinstance(part, str)]
     numbers = location[names[-1] + 1 :] if names else location
     return (str(location[names[-1]]) if names else "file") + "".join(f"[{number}]" for number in numbers)
@@ -205,7 +205,7 @@ def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
 
 
 def _description(model: type[Spec], location: Location) -> str:
-    """Return the description of the key at a location, from the spec; empty for the whole file or a key without description."""
+    """Return the description of the key at a location in the spec; empty for the whole file or an undescribed key."""
     if not location:
         return ""
     described = (key_docs(found).get(str(location[-1])) for found in _models_at(model, location[:-1]))
@@ -214,14 +214,14 @@ def _description(model: type[Spec], location: Location) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded(typing.Generic[S]):
-    """A spec, and the document from which it was read; the document has the positions for later findings."""
+    """A spec, and the document from which the spec was read; the document has the positions for later findings."""
 
     spec: S
     document: Document
 
     @property
     def folder(self) -> Path:
-        """Folder of the file; relative paths in the file start from here."""
+        """Folder of the file, where relative paths in the file start."""
         return self.document.path.parent
 
 
@@ -233,7 +233,7 @@ def read(
     *,
     given: GivenText | None = None,
 ) -> Loaded[S] | None:
-    """Read a file and validate it as a spec; return None after errors, which are added to `findings`.
+    """Read a file and validate it as a spec; add errors to `findings`, and then return None.
 
     The arguments are those of `document.load`.
     """
@@ -245,7 +245,7 @@ def read(
 
 
 def kind_of(document: Document) -> str | None:
-    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None without these keys, or for a scenario."""
+    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None without such a key or for a scenario."""
     if not isinstance(document.data, dict) or SCENARIO in document.data:
         return None
     return next((kind for kind in KINDS if kind in document.data), None)

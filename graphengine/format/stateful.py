@@ -1,4 +1,4 @@
-"""Base classes for checkpoints: `Stateful` objects save and restore their state, `Shared` objects are never copied."""
+"""Base classes for checkpoints: a `Stateful` object saves and restores its state, a `Shared` object is never copied."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Stateful(Shared):
     __slots__ = ()
 
     kept: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that `save` copies; all other attributes are constant or can be derived from these."""
+    """Names of the attributes that `save` copies; all other attributes are constant, or can be computed from these."""
 
     def save(self) -> Any:
         """Return a deep copy of the attributes in `kept`."""
         return copy.deepcopy([getattr(self, name) for name in self.kept])
 
     def restore(self, saved: Any) -> None:
-        """Set the attributes in `kept` to copies of saved values; the same saved state can be restored any number of times."""
+        """Set the attributes in `kept` to copies of the saved values; a saved state can be restored any number of times."""
         for name, value in zip(self.kept, copy.deepcopy(saved), strict=True):
             setattr(self, name, value)

@@ -26,11 +26,11 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("incompatible YAML document", "remove the line %YAML"),
     ("expected <document start>", "a file contains one mapping, with entries `key: value`"),
 )
-"""Pairs of a part of a parser error message and the remedy to show for this error."""
+"""Pairs of a text in a parser's error message, and the remedy for this error."""
 _NESTED_TOO_DEEPLY = "exceeded maximum nesting depth"
-"""Error message of libyaml 0.2.6 and later (PyYAML 6.0.4); it can occur before `document.MAX_DEPTH` levels have been read."""
+"""Error message of libyaml 0.2.6 and later (PyYAML 6.0.4), possibly before `document.MAX_DEPTH` levels have been read."""
 _FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
-"""Beginnings of the parser's `context` texts for which the error is reported where the unfinished value begins."""
+"""Beginnings of the parser's `context` text for which the error is reported at the start of the unfinished value."""
 _OPENED = {
     "while parsing a flow sequence": "the list that begins here",
     "while parsing a flow mapping": "the mapping that begins here",
@@ -42,7 +42,7 @@ _OPENED = {
 def report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings, too_deep: str) -> None:
     """Add a finding for an error of the parser, at the error's position or at the start of the unfinished value.
 
-    `too_deep` is the message for a file that is nested too deeply for the parser.
+    `too_deep` is the message for a file whose nesting is too deep for the parser.
     """
     problem, context = str(error.problem or "not YAML"), str(error.context or "")
     spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
@@ -58,7 +58,7 @@ def report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Finding
 
 
 def _inside(source: Source, mark: Any) -> Span:
-    """Convert a parser mark to a Span; a mark below the last line becomes a Span at the end of the last line."""
+    """Return the span at a parser's mark; for a mark below the last line, at the end of the last line."""
     if mark.line < len(source.lines):
         return Span(source, mark.line + 1, mark.column + 1)
     return Span(source, len(source.lines), len(source.lines[-1]) + 1)

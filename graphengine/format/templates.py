@@ -1,4 +1,4 @@
-"""Fills in templates of text files, which have places such as `$name`, and conditions for some of their lines."""
+"""Fills in templates of text files: placeholders such as `$name`, and lines with a condition."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from string import Template
 _CONDITIONAL = re.compile(r"^ *# if ([\w ]+)\n(.*?)^ *# end\n", re.MULTILINE | re.DOTALL)
 
 Facts = Mapping[str, bool]
-"""Whether each fact holds, by the name that conditions in templates use."""
+"""A dict from the name of each fact in conditions of templates to whether the fact holds."""
 
 
 def holds(condition: str, facts: Facts) -> bool:
@@ -20,7 +20,7 @@ def holds(condition: str, facts: Facts) -> bool:
 
 
 def filled(template: Path, facts: Facts | None = None, /, **values: object) -> str:
-    """Return the text of a template file with its places filled in.
+    """Return the text of a template file with the placeholders filled in.
 
     The lines between `# if CONDITION` and `# end` are left out unless the condition holds.
     """

@@ -1,4 +1,4 @@
-"""Access to the ports that graphrun serves: the token in a printed address, and JSON objects that clients send."""
+"""Access to the ports that graphrun serves: tokens in printed addresses, and JSON objects from clients."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from typing import Any
 
 
 def make_token() -> str:
-    """Return a new random token of 32 characters that need no escape in URLs."""
+    """Return a new random token of 32 characters, none of which needs an escape in URLs."""
     return secrets.token_urlsafe(24)
 
 
 def has_token(target: str, token: str) -> bool:
-    """Return whether the query of a request has the field `token` with this token. Compares in constant time; never raises.
+    """Return whether the field `token` in the query of a request is this token. Compares in constant time; never raises.
 
     Args:
-        target: path and query of the request, which may have any characters, also surrogates.
+        target: path and query of the request, with any characters, even surrogates.
         token: the expected token.
     """
     fields = [part.partition("=") for part in target.partition("?")[2].split("&")]
     given = [value.encode(errors="surrogatepass") for name, _, value in fields if name == "token"]
-    return sum(hmac.compare_digest(value, token.encode()) for value in given) > 0  # compares all of them
+    return sum(hmac.compare_digest(value, token.encode()) for value in given) > 0  # without an early end
 
 
 def parse_object(text: str | bytes) -> Mapping[str, Any] | None:
-    """Return the JSON object in a text from a client; None for any other text."""
+    """Return the JSON object in a client's text; None for any other text."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):

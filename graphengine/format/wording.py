@@ -10,17 +10,17 @@ import shlex
 from collections.abc import Iterable, Sequence
 
 _LONGEST = 2000
-"""Maximum length of a text from a file that a message repeats, characters."""
+"""Maximum length of a file's text in a message, characters."""
 
 
 def printable(text: str) -> str:
-    """Return the text with each control character and line end replaced by U+FFFD; a very long text is cut."""
+    """Return a text in which U+FFFD replaces each control character and line end; a very long text is cut."""
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def quoted(word: object) -> str:
-    """Return a word for a command that users copy into a shell: printable, and in quotes if the shell needs them."""
+    """Return a printable word for a command that users copy into a shell, in quotes if the shell needs quotes."""
     return shlex.quote(printable(str(word)))
 
 
@@ -30,14 +30,14 @@ def allowing(folder: object) -> str:
 
 
 _MANY = 1000
-"""Number of names above which `did_you_mean` compares only the names that are close in first letter and length."""
+"""Number of names above which `did_you_mean` compares only names with the same first letter and a similar length."""
 _BESIDE = 150
 _ALIKE = 0.6
-"""Lowest similarity of a suggestion to the name, as `SequenceMatcher.ratio` measures it: 0 without common letters, 1 if equal."""
+"""Lowest `SequenceMatcher.ratio` of a suggestion and the name: 0 without common letters, 1 for equal names."""
 
 
 def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
-    """Return the names to compare with `name`: all, or of more than `_MANY` names only those close in spelling and length."""
+    """Return the legal names to compare with `name`: all, or if there are more than `_MANY`, only those with similar spelling."""
     names = set(legal)
     if len(names) <= _MANY:
         return sorted(names)
@@ -47,21 +47,20 @@ def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
 
 
 def did_you_mean(name: str, legal: Iterable[str]) -> str:
-    """Return a suggestion of the most similar legal names, such as `did you mean 'dd100'?`; empty if no name is similar."""
+    """Return a suggestion such as `did you mean 'dd100'?` with the most similar legal names; empty if no name is similar."""
     near = similar(name, legal)
     return f"did you mean {' or '.join(map(repr, near))}?" if near else ""
 
 
 def similar(name: str, legal: Iterable[str]) -> Sequence[str]:
-    """Return up to three legal names that are most similar to a name, the nearest first; empty if no name is similar."""
+    """Return the up to three legal names that are most similar to a name, the most similar first."""
     return _similar(name[:200], tuple(_worth_comparing(name[:200], legal)))
 
 
 @functools.lru_cache(maxsize=200)
 def _similar(name: str, names: Sequence[str]) -> Sequence[str]:
-    near = [
-        other for other in difflib.get_close_matches(name, names, n=10, cutoff=_ALIKE) if _differ_little(name, other)
-    ]
+    close = difflib.get_close_matches(name, names, n=10, cutoff=_ALIKE)
+    near = [other for other in close if _differ_little(name, other)]
     if near:
         scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
         nearest = max(scores.values())
@@ -75,7 +74,7 @@ def _similar(name: str, names: Sequence[str]) -> Sequence[str]:
 def _differ_little(name: str, other: str) -> bool:
     """Return whether two names are similar without the folders, namespaces and suffixes that they share.
 
-    The names `nope.yaml` and `demo.yaml` have half of their letters in common, but the user chose none of those.
+    The names `nope.yaml` and `demo.yaml` have half of their letters in common, but only because of the suffix.
     """
     one, two = re.split(r"(^--|[/.:])", name), re.split(r"(^--|[/.:])", other)
     for end in (0, -1):
@@ -86,13 +85,13 @@ def _differ_little(name: str, other: str) -> bool:
 
 
 def unknown(what: str, name: str, legal: Iterable[str]) -> str:
-    """Return the message `no WHAT NAME`, as in `no robot 'doog'`, with a second line: a suggestion, or the legal names."""
+    """Return the message `no WHAT NAME`, such as `no robot 'doog'`, and a second line with a suggestion or the legal names."""
     names = list(dict.fromkeys(legal))
     return f"no {what} {name!r}\n  {did_you_mean(name, names) or listing(names, f'{what}s')}"
 
 
 def listing(names: Iterable[str], what: str = "legal", most: int = 20) -> str:
-    """Return names as a text such as `legal: a, b, c`. At most `most` names are listed, followed by the number of the others."""
+    """Return a text such as `legal: a, b, c` with up to `most` names, and the number of the other names."""
     all_names = list(names)
     if not all_names:
         return f"{what}: none"
@@ -101,7 +100,7 @@ def listing(names: Iterable[str], what: str = "legal", most: int = 20) -> str:
 
 
 def got_value(error: object, value: object) -> str:
-    """Return the text `, got VALUE` to append to the message of an error; empty if the message already has it."""
+    """Return the text `, got VALUE` for the end of an error message; empty if the message already has such a text."""
     return "" if ", got " in str(error) else f", got {shown(value)}"
 
 

@@ -1,4 +1,4 @@
-"""Writes plain data as YAML text, which `document` reads back as equal data."""
+"""Writes plain data as YAML text that `document` reads back as equal data."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Reference(str):
 def flow(value: Any) -> str:
     """Return a value as flow-style YAML on one line.
 
-    `$` in strings is doubled, so that `$(name)` is read as plain text, except in a `Reference`.
+    Except in a `Reference`, `$` in strings is doubled, so that `$(name)` is read as plain text.
     """
     if isinstance(value, dict):
         return "{" + ", ".join(f"{scalar(key)}: {flow(item)}" for key, item in value.items()) + "}"
@@ -30,7 +30,7 @@ def flow(value: Any) -> str:
 
 
 def read_back(value: Any) -> Any:
-    """Return a value as a reader gets it from its text: `$` in strings is doubled, except in a `Reference`."""
+    """Return the value that a reader gets from a value's text: except in a `Reference`, `$` in strings is doubled."""
     if isinstance(value, dict):
         return {key: read_back(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -41,9 +41,9 @@ def read_back(value: Any) -> Any:
 
 
 def block(value: Any) -> list[str]:
-    """Return the lines of a YAML block scalar for a string of several lines, beginning with `|` or `|-`.
+    """Return the lines of a YAML block scalar for a string of several lines; the first line is `|` or `|-`.
 
-    The list is empty for other values, and for a string that only a quoted scalar can represent.
+    The list is empty for all other values, and for a string that only a quoted scalar can represent.
     """
     if not isinstance(value, str) or "\n" not in value or value.endswith("\n\n"):
         return []
@@ -55,7 +55,7 @@ def block(value: Any) -> list[str]:
 
 
 def scalar(value: Any) -> str:
-    """Return None, a number, boolean or string as a YAML scalar; a string is quoted if its characters need it."""
+    """Return None, a number, boolean or string as a YAML scalar; a string is quoted if its characters require quotes."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -70,7 +70,7 @@ def scalar(value: Any) -> str:
 
 
 def comment(text: str) -> str:
-    """Return a text as a YAML comment on one line; each character that cannot be printed becomes a space."""
+    """Return a text as a YAML comment on one line; a space replaces each unprintable character."""
     return "# " + "".join(c if c.isprintable() else " " for c in text)
 
 

@@ -54,7 +54,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         endpoints: service clients and subscriptions of the action.
         definitions: definitions of all known message types.
         node: prim path of the node.
-        identity: bytes that distinguish this session from others on the network; empty if all peers are in this session.
+        identity: bytes that identify this session on the network; empty if all peers are in this session.
     """
 
     kept = ("_asked", "_count", "_open", "_sent")
@@ -75,16 +75,16 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         self._count = 0
         """Number of goals sent since the start of the session, from which the UUIDs of the goals are derived."""
         self._sent: dict[int, bytes] = {}
-        """UUIDs of goals that the server has not accepted or rejected yet, by the number of the send_goal call."""
+        """A dict from the number of a send_goal call to the UUID of its goal, until the server accepts or rejects the goal."""
         self._asked: dict[int, bytes] = {}
-        """UUIDs of accepted goals without a result, by the number of the get_result call."""
+        """A dict from the number of a get_result call to the UUID of its goal, until the result arrives."""
         self._open: dict[bytes, int] = {}
         """Status of each accepted goal without a result."""
 
     def restore(self, saved: Any) -> None:
         """Return to a saved state.
 
-        If there are peers outside the session, the count of goals is not restored, so that no UUID is used twice.
+        If there are peers outside the session, the count of goals is not restored: otherwise, a UUID would be used twice.
         """
         count = self._count
         super().restore(saved)
@@ -126,9 +126,8 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
                 continue
             if response.accepted:
                 self._open[goal] = ACCEPTED
-                self._asked[
-                    ends.get_result.call(goal_request(self._definitions, f"{self.action_type}_GetResult", goal))
-                ] = goal
+                request = goal_request(self._definitions, f"{self.action_type}_GetResult", goal)
+                self._asked[ends.get_result.call(request)] = goal
                 _limit(self._open)
                 _limit(self._asked)
             found.append(ActionEvent("accepted" if response.accepted else "rejected", goal, int(response.accepted)))
@@ -151,7 +150,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         return found
 
     def restart(self) -> None:
-        """Forget all goals, because the graph restarts at time 0; the server still executes them."""
+        """Discard all goals, because the graph restarts at time 0; the server continues to execute them."""
         for known in (self._sent, self._asked, self._open):
             known.clear()
 

@@ -28,7 +28,7 @@ E = TypeVar("E")
 
 
 class ActionEndpoint(Stateful, Generic[E]):
-    """An action server or client, which exists until every node that holds it has closed it.
+    """Base class of action servers and action clients. They exist until every node that holds them has called `close`.
 
     Args:
         action: full name of the action.
@@ -65,8 +65,8 @@ class Goal(TrackedGoal):
 
     Attributes:
         identity: UUID of the goal, 16 bytes.
-        message: the goal's message, such as a `control_msgs/action/FollowJointTrajectory_Goal`; None after the goal's end,
-            so that the results that are kept hold no messages of clients.
+        message: the goal's message, such as a `control_msgs/action/FollowJointTrajectory_Goal`; None after the end of the goal,
+            to release the memory.
     """
 
     kept = (*TrackedGoal.kept, "pending")
@@ -80,7 +80,7 @@ class Goal(TrackedGoal):
         self._server = server
 
     def save(self) -> Any:
-        """Return a copy of the state; the message, which nobody changes, is shared."""
+        """Return a copy of the state. The copy shares the message, which never changes."""
         return super().save(), self.message
 
     def restore(self, saved: Any) -> None:
@@ -158,7 +158,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         self.handle = endpoints.send_goal.handle
         """Handle of the server for `Context.action`; never 0."""
         self.current: Goal | None = None
-        """The goal that the graph executes, or the last one; None before the first goal and after a restart."""
+        """The goal that the graph executes, or executed last; None before the first goal and after a restart."""
         self.definitions = definitions
         self._now = now
         self._goals: Goals[Goal] = Goals(action_type, definitions)
@@ -181,7 +181,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         return [goal for goal in self._goals if goal.active]
 
     def goals(self) -> Sequence[Goal]:
-        """Return the goals that arrived since the last call, oldest first; the node accepts or rejects each, now or later.
+        """Return the goals that arrived since the last call, oldest first. The node accepts or rejects each goal, now or later.
 
         The method also handles the clients' cancel requests and result requests. Call it once per execution, before all other
         methods.
@@ -206,7 +206,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         return arrived
 
     def update(self) -> None:
-        """Discard old results, and publish the statuses of the goals if one changed. Call it at the end of each execution."""
+        """Discard old results, and publish all statuses if a status has changed. Call this at the end of each execution."""
         self._changed |= self._goals.expire(self._now())
         self._publish()
 

@@ -11,11 +11,11 @@ from graphengine.messages.message_template import Encoder, Template
 from graphengine.messages.plain import from_plain
 
 _KINDS = {"?": (bool,), **dict.fromkeys("df", (float, int)), **dict.fromkeys("BhHiIqQ", (int,))}
-"""Python types of the values of a number, by its `struct` character; that of `byte` is missing, as it needs a conversion."""
+"""A dict from a `struct` character to the Python types of its values; `b` of `byte` is missing: it needs a conversion."""
 
 
 class CheckedEncoder:
-    """Encodes the messages of one type. Messages that differ only in numbers are written into the bytes of an earlier one.
+    """Encodes the messages of one type. If only numbers differ, they are written into the bytes of an earlier message.
 
     Args:
         message_type: ROS name of the type.
@@ -44,9 +44,9 @@ class CheckedEncoder:
 
 
 def _numbers(message_type: str, definitions: Definitions) -> tuple[bytes, dict[str, Any]]:
-    """Return the bytes of an initial message, and a tree of the places of its numbers by field name.
+    """Return the bytes of an initial message, and nested dicts from field names to the places of the numbers in the bytes.
 
-    If the type contains more than numbers, both are empty.
+    If the type contains more than numbers, both results are empty.
     """
     message, places = definitions.initial(message_type), dict[str, Any]()
     template = Template.of(message, definitions)

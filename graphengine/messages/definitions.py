@@ -1,4 +1,4 @@
-"""Message types by their ROS names: fields, Python classes and type hashes.
+"""Looks up message types by their ROS names: their fields, Python classes and type hashes.
 
 Known types are those of a distribution of ROS 2 (from rosbags; Jazzy unless another is chosen), those in `share/` beside this
 file, and those in folders that a user gives. A definition file is read when its type is first used. A user's folders add types
@@ -69,7 +69,7 @@ _lock = threading.RLock()
 
 
 class _Store(Typestore):
-    """A rosbags store that extends another store: it also finds that store's types and uses that store's codecs for them."""
+    """A rosbags store that extends another store, `below`: it also finds the types of `below` and uses their codecs."""
 
     def __init__(self, below: Typestore) -> None:
         super().__init__()
@@ -77,14 +77,14 @@ class _Store(Typestore):
         self.types = ChainMap({}, below.types)  # type: ignore[assignment]
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
-        """Return the codec of a type, which may also be a wide string or a type of the extended store."""
+        """Return the codec of a type of this store or the extended store, or of a wide string."""
         if typename == wide_strings.NAME:
             return wide_strings.CODEC
         return super().get_msgdef(typename) if typename in self.fielddefs else self._below.get_msgdef(typename)
 
 
 class Definitions:
-    """The definitions of all known message, service and action types, by ROS name.
+    """The definitions of all known message, service and action types; methods take the ROS names of types.
 
     Args:
         folders: folders with definition files.
@@ -96,7 +96,7 @@ class Definitions:
         self.distro: Distro = below.distro if below else distro
         """Distribution of ROS 2 whose types are known."""
         self.files: dict[str, Path] = {}
-        """Definition files that were read from users' folders, by type name, such as `std_srvs/srv/Trigger`."""
+        """A dict from type names, such as `std_srvs/srv/Trigger`, to definition files that were read from users' folders."""
         self._folders = folders
         self._below = below
         self._sizes: dict[str, int] = {}
@@ -120,7 +120,7 @@ class Definitions:
         return kept
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle only the folders and the distribution; the process that unpickles them reads the files again."""
+        """Pickle only the folders and the distribution; unpickling reads the definition files again."""
         if self is shipped(self.distro):
             return shipped, (self.distro,)
         return Definitions, (self._folders, self._below, self.distro)
@@ -134,7 +134,7 @@ class Definitions:
         return Definitions(self._folders, self._below.for_distro(distro))
 
     def extended(self, given: Sequence[Path] = (), installed: Sequence[Path] = ()) -> Definitions:
-        """Return these definitions extended by those in additional folders; the arguments are those of `Folders`."""
+        """Return definitions that extend these by additional folders. The arguments are those of `Folders`."""
         return Definitions(Folders(given, installed), self) if given or installed else self
 
     def names(self) -> list[str]:
@@ -200,7 +200,7 @@ class Definitions:
         return self.message_class(message_type)(*(self._initial(kind, given.get(name)) for name, kind in fields))
 
     def type_hash(self, message_type: str) -> str:
-        """Return the REP 2011 hash of a type, with which peers compare their definitions of the type.
+        """Return the REP 2011 hash of a type. Peers compare their definitions of the type by this hash.
 
         Raises:
             MessageTypeError: the type is unknown.
@@ -214,7 +214,7 @@ class Definitions:
         return self._hashes[message_type]
 
     def agrees(self, message_type: str, type_hash: str) -> bool:
-        """Return whether a peer's hash of a type equals this definition's; true if the peer's hash is not of version RIHS01."""
+        """Return whether a peer's hash of a type equals the own hash; true if the peer's hash is not of version RIHS01."""
         return not type_hash.startswith("RIHS01_") or type_hash == self.type_hash(message_type)
 
     def is_wide(self, message_type: str) -> bool:
@@ -233,7 +233,7 @@ class Definitions:
         return "".join([str(self.definition(whole)), *sections])
 
     def closure(self, message_type: str) -> list[str]:
-        """Return the names of a type and of all its nested types; the given type comes first."""
+        """Return the name of the given type, then the names of all types nested in it."""
         names = [message_type]
         for name in names:  # which grows
             names += dict.fromkeys(part for part in _parts(self.definition(name).fields) if part not in names)
@@ -268,7 +268,7 @@ class Definitions:
         return found[message_type]
 
     def _add(self, found: dict[str, Definition], file: Path | None) -> None:
-        """Register the types found in a file; the types nested in them must be known already."""
+        """Register the types found in a file; all nested types must be known already."""
         self._known |= found
         try:
             for name, definition in found.items():
@@ -361,7 +361,7 @@ class Definitions:
 
 
 def _replaced(fields: Sequence[Field], old: Description, new: Description) -> list[Field]:
-    """Return fields in which the type `old` is replaced by `new`, also as the element type of arrays."""
+    """Return fields with the type `new` in place of `old`, also as the element type of arrays."""
     return [(name, replace_element(kind, lambda element: new if element == old else element)) for name, kind in fields]
 
 
@@ -371,7 +371,7 @@ def dtype_of(number: str) -> np.dtype[Any]:
 
 
 def _parts(fields: Sequence[Field]) -> list[str]:
-    """Return the names of the message types that occur as the type of a field or of an array's elements."""
+    """Return the names of the message types of all fields, and of the elements of all arrays."""
     elements = [element_of(kind) for _, kind in fields]
     return [detail for kind, detail in elements if kind == Nodetype.NAME]
 
@@ -385,4 +385,4 @@ def shipped(distro: Distro) -> Definitions:
 
 
 DEFINITIONS = shipped(JAZZY)
-"""Definitions of Jazzy from rosbags and `share/`, which functions use by default."""
+"""Definitions of Jazzy from rosbags and `share/`: the default of functions with the argument `definitions`."""

@@ -23,8 +23,8 @@ def sourced_distro(environ: Mapping[str, str]) -> Distro:
 def base_types(distro: Distro) -> Any:
     """Return an object with the types of a distribution: their fields as `FIELDDEFS`, and their classes as attributes.
 
-    A type with the same definition as in Jazzy gets Jazzy's class, because nodes create messages with Jazzy's classes. The types
-    are imported at the first call, because the import takes 50 ms and most graphs are checked without it.
+    A type with the same definition as in Jazzy gets Jazzy's class, because nodes create messages with Jazzy's classes. The first
+    call imports the types: the import takes 50 ms, and most graphs are checked without it.
     """
     jazzy, chosen = (importlib.import_module(f"rosbags.typesys.stores.ros2_{name}") for name in (JAZZY, distro))
     if chosen is jazzy:

@@ -33,7 +33,7 @@ class QoS:
 
 @dataclass(frozen=True, slots=True)
 class EndpointClaim:
-    """Description of an endpoint that a node requested in setup, for the network, for checks and for `graphrun topics`."""
+    """Description of an endpoint that a node requests in `setup`; used by the network, by checks and by `graphrun topics`."""
 
     node: str
     """Prim path of the node."""
@@ -52,7 +52,7 @@ class EndpointClaim:
     frame_id: str = ""
     """Published name of the frame in the message headers."""
     child_frame_id: str = ""
-    """Published name of the child frame in the messages, such as that of odometry."""
+    """Published name of the child frame in the messages, for example in odometry."""
     transforms: tuple[tuple[str, str], ...] = ()
     """Names of the parent and the child frame of each transform, as published."""
     alternatives: tuple[str, ...] = ()
@@ -77,13 +77,13 @@ class TopicEndpoint:
 
 
 class Sink(Protocol):
-    """Interface of an object that gets copies of the encoded messages, for example to record them."""
+    """The Protocol of a receiver of copies of all encoded messages, such as a recorder."""
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Process an encoded message that a node has published."""
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Process the encoded messages that a subscription gets in the tick that begins."""
+        """Process the encoded messages that a subscription gets in the tick that now begins."""
 
 
 class Publisher(TopicEndpoint):
@@ -99,7 +99,7 @@ class Publisher(TopicEndpoint):
 
     @property
     def wanted(self) -> bool:
-        """Whether a subscription or sink wants messages; if not, the node need not build them."""
+        """Whether there is a subscription or a sink; if not, the node need not build messages."""
         return False
 
     def publish(self, message: Any) -> None:
@@ -110,15 +110,34 @@ class Subscription(TopicEndpoint):
     """A subscription of a node; in a tick, the node gets the messages that arrived before the tick began."""
 
     skipped = 0
-    """Number of messages since play that `newest` skipped because a newer one had arrived in the same tick."""
+    """Number of messages since play that `newest` skipped, because a newer message had arrived in the same tick."""
 
     def newest(self) -> Any | None:
-        """Return the newest message of this tick; None if no message arrived or it was read before. Older ones are skipped."""
+        """Return the newest message of this tick and skip the others; None if no message arrived or it was read before."""
         return None
 
     def take(self) -> Sequence[Any]:
         """Return the messages of this tick that were not read before, oldest first."""
         return ()
+
+
+@dataclass(frozen=True, slots=True)
+class Supply:
+    """What reaches a subscription.
+
+    Attributes:
+        publishers: names of the nodes that publish the topic.
+        misfits: reasons why messages of publishers do not arrive, each with a remedy in a second line.
+        strays: topics with the same last name that other nodes publish and no node reads.
+        messages: number of received messages since the session started.
+        silence: number of ticks since the last message arrived; None before the first one.
+    """
+
+    publishers: Sequence[str] = ()
+    misfits: Sequence[str] = ()
+    strays: Sequence[str] = ()
+    messages: int = 0
+    silence: int | None = None
 
 
 class ServiceEndpoint:
@@ -143,7 +162,7 @@ class ServiceServer(ServiceEndpoint):
         self.handle = handle
         """Handle of the server for `Context.server`; never 0."""
         self.current: bytes | None = None
-        """ID of the request to which the graph has yet to respond; None if there is none."""
+        """ID of the request to which the graph still has to respond, or None."""
 
     def take(self) -> Sequence[tuple[bytes, Any]]:
         """Remove the waiting requests, and return the ID and the message of each, oldest first."""
@@ -183,11 +202,11 @@ class Network:
 
     @cached_property
     def faults(self) -> Faults:
-        """Faults of topics, by name: they act where graphs of the session publish the topic, otherwise where it is received."""
+        """Faults of topics. They act on messages that graphs publish; if no graph publishes the topic, on received messages."""
         return Faults()
 
     identity = b""
-    """Bytes that distinguish this session from others on the network; empty if all peers are in this session."""
+    """Bytes that identify this session on the network; empty if all peers are in this session."""
 
     sent = 0
     """Number of messages sent since the network was created."""
@@ -201,7 +220,7 @@ class Network:
     """All publishers that were created and not destroyed."""
 
     def tap(self, sink: Sink) -> None:
-        """Copy all messages that nodes send or receive to a sink; a sink does not count as a subscription."""
+        """Copy all messages that nodes send or receive to a sink from now on. A sink does not count as a subscription."""
 
     def untap(self, sink: Sink) -> None:
         """Remove a sink that `tap` added."""
@@ -215,17 +234,21 @@ class Network:
         return Subscription(claim)
 
     def server(self, claim: EndpointClaim, handle: int) -> ServiceServer:
-        """Create the service server that a claim describes; `handle` is the number by which nodes refer to the server."""
+        """Create the service server that a claim describes; nodes refer to the server by the number `handle`."""
         return ServiceServer(claim, handle)
 
     def client(self, claim: EndpointClaim) -> ServiceClient:
         """Create the service client that a claim describes."""
         return ServiceClient(claim)
 
+    def supply(self, claim: EndpointClaim) -> Supply:
+        """Return what reaches the subscription that a claim describes."""
+        return Supply()
+
     def handing_over(self) -> AbstractContextManager[object]:
         """Return a context manager for replacing a graph.
 
-        Inside it, a claim gets the existing endpoint of an equal claim, or a new endpoint if there is none.
+        Within its block, a claim gets the existing endpoint of an equal claim; without an equal claim, it gets a new endpoint.
         """
         return nullcontext()
 
@@ -233,7 +256,7 @@ class Network:
         """Begin a tick: nodes get the messages that arrived before this call; later messages wait for the next tick."""
 
     def flush(self) -> None:
-        """End a tick: send the messages that nodes published in it."""
+        """End a tick: send the messages that nodes published in this tick."""
 
     def save(self) -> Any:
         """Return a copy of the waiting messages and unanswered calls, for `restore`."""

@@ -1,7 +1,7 @@
 """Finds the definition files of messages, services and actions in ROS packages.
 
-A package has such files as `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`, both in
-its sources and below `share/` where it is installed.
+Examples are `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`. They are in the sources of
+a package and, if the package is installed, below `share/`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _IGNORED = frozenset(("COLCON_IGNORE", "AMENT_IGNORE"))
 
 @dataclass(slots=True)
 class Folders:
-    """Folders in which definition files are looked up, first those in `given`, then those in `installed`.
+    """Folders in which definition files are looked up: first in `given`, then in `installed`.
 
     Args:
         given: definition files, packages, or folders with packages at any depth up to `MAX_DEPTH`.
@@ -33,7 +33,7 @@ class Folders:
     _index: dict[str, Path] | None = field(default=None, init=False)
 
     def find(self, name: TypeName) -> Path | None:
-        """Return the file that defines a type; None if there is none."""
+        """Return the file that defines a type, or None."""
         found = self._given().get(name.source)
         if found is not None:
             return found
@@ -71,7 +71,7 @@ def _is_ignored(names: Sequence[str]) -> bool:
 def _package_of(folder: Path, kind: str) -> str:
     """Return the name of the package to which a folder with definition files belongs.
 
-    It is the name in the package manifest, or the name of the package's folder if there is no manifest.
+    This is the name in the package manifest; without a manifest, the name of the package's folder.
     """
     root = folder.parent if folder.name == kind else folder
     return manifest_name(root) or root.name

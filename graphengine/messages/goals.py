@@ -28,7 +28,7 @@ STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
 STATUS_QOS = LATCHED
 FEEDBACK_QOS = QoS()
 FEEDBACK_READER_QOS = QoS(depth=100)
-"""QoS of a client's feedback subscription. The depth is large, because a server may send many messages per tick."""
+"""QoS of a client's feedback subscription. Its depth is large: a server may send many messages per tick."""
 
 MAX_ACTIVE = 100
 """Maximum number of goals of an action server that have not ended."""
@@ -57,9 +57,9 @@ class TrackedGoal(Stateful):
         self.result: Any = None
         """Response of the get_result service; None until the goal has ended."""
         self.ended_at: float | None = None
-        """Time from which `RESULT_TIMEOUT` counts, s; None before the first `Goals.expire` after the goal's end."""
+        """Time from which `RESULT_TIMEOUT` counts, s; None until the first call of `Goals.expire` after the end of the goal."""
         self.waiting: deque[Any] = deque(maxlen=MAX_WAITING)
-        """Requests for the result that arrived before the goal ended, in the form that the action server keeps."""
+        """IDs of the result requests that arrived before the goal ended; the action server chooses their type."""
 
     @property
     def active(self) -> bool:
@@ -179,7 +179,7 @@ class Goals(Stateful, Generic[G]):
         return response
 
     def expire(self, now: float) -> bool:
-        """Discard goals that ended more than `RESULT_TIMEOUT` s ago, and the oldest ended goals beyond `MAX_ENDED`.
+        """Discard goals that ended more than `RESULT_TIMEOUT` ago, and the oldest ended goals if more than `MAX_ENDED` are kept.
 
         Return whether a goal was discarded.
         """
@@ -229,7 +229,7 @@ class ActionPart(NamedTuple):
 
 
 def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
-    """Return the services and topics of an action, by role: send_goal, cancel_goal, get_result, feedback, status."""
+    """Return a dict from send_goal, cancel_goal, get_result, feedback and status to these services and topics of an action."""
     types = {
         "send_goal": f"{action_type}_SendGoal",
         "cancel_goal": CANCEL_GOAL,
@@ -241,7 +241,7 @@ def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
 
 
 def goal_request(definitions: Definitions, service: str, goal: bytes) -> Any:
-    """Return a request of a service of an action, such as `…_GetResult`, for the goal with a UUID."""
+    """Return a request of an action's service, such as `…_GetResult`, for the goal with the UUID `goal`."""
     request = definitions.initial(f"{service}_Request")
     request.goal_id.uuid[:] = list(goal)
     return request

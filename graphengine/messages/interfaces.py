@@ -24,7 +24,7 @@ from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 KINDS = {"msg": 1, "srv": 2, "action": 3}
-"""Number of parts in a definition file, by the suffix of the file."""
+"""A dict from the suffix of a definition file to the number of its parts."""
 MAX_BYTES = 256 * 1024
 """Maximum size of a definition file, bytes; the largest one in ROS 2 Jazzy has 6 kB."""
 
@@ -86,9 +86,9 @@ class Definition(NamedTuple):
     constants: list[tuple[str, str, Any]]
     fields: list[Field]
     initial: Mapping[str, Any] = MappingProxyType({})
-    """Default values that the definition sets, by field name."""
+    """A dict from field names to the default values that the definition sets."""
     is_message: bool = True
-    """Whether the type is a message. A service or action has a definition too, which is needed only for its type hash."""
+    """Whether the type is a message. The definition of a service or action is needed only for its type hash."""
 
     def __str__(self) -> str:
         constants = [f"{kind} {name}={value}\n" for name, kind, value in self.constants]
@@ -105,12 +105,12 @@ class TypeName(NamedTuple):
 
     @property
     def source(self) -> str:
-        """Name of the type whose definition file contains this type: the name without `part`, as in `std_srvs/srv/Trigger`."""
+        """Name of the type whose file defines this type: the name without `part`, such as `std_srvs/srv/Trigger`."""
         return f"{self.package}/{self.kind}/{self.name}"
 
     @staticmethod
     def parse(message_type: str) -> TypeName | None:
-        """Split a type name into its parts; None if it is not legal in ROS 2, for example because it contains `..`."""
+        """Return the parts of a type name; None if the name is not legal in ROS 2, for example because it contains `..`."""
         package, _, rest = message_type.partition("/")
         kind, _, last = rest.partition("/")
         name, underscore, part = last.partition("_")
@@ -119,7 +119,7 @@ class TypeName(NamedTuple):
 
 
 def read(path: Path, name: TypeName) -> dict[str, Definition]:
-    """Return the definitions of all types in a file, by ROS name: messages and, if present, the service or action itself.
+    """Return a dict from ROS names to the definitions of all types in a file, including the service or action itself.
 
     Args:
         path: the definition file.
@@ -147,9 +147,8 @@ def _text(path: Path) -> str:
         with open_regular(path) as file:
             data = file.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
-            raise MessageTypeError(
-                f"{path} is larger than {MAX_BYTES // 1024} kB, too large for a definition", path.stem
-            )
+            text = f"{path} is larger than {MAX_BYTES // 1024} kB, too large for a definition"
+            raise MessageTypeError(text, path.stem)
         return data.decode("utf-8").replace("\r\n", "\n")
     except (OSError, UnicodeDecodeError) as error:
         raise MessageTypeError(f"{path} cannot be read: {error}", path.stem) from None
@@ -174,7 +173,7 @@ def _parse(path: Path, package: str, text: str, line: int) -> Definition:
 
 
 def _unescaped(value: Any) -> Any:
-    """Return a default value; in a string, the backslashes before quotes, which rosbags keeps, are removed."""
+    """Return a default value; in a string, remove the backslashes before quotes, which rosbags keeps."""
     return value.replace('\\"', '"').replace("\\'", "'") if isinstance(value, str) else value
 
 
@@ -202,7 +201,7 @@ def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
 
 
 def _sound(path: Path, definition: Definition) -> Definition:
-    """Return a definition with correct wide string types, after checking that names are unique and types can be encoded."""
+    """Check that names are unique and types can be encoded; return the definition with correct wide string types."""
     fields = [(name, replace_element(kind, _with_wide)) for name, kind in definition.fields]
     definition = definition._replace(fields=fields)
     names = Counter([field for field, _ in definition.fields] + [constant for constant, _, _ in definition.constants])
@@ -221,7 +220,7 @@ def _sound(path: Path, definition: Definition) -> Definition:
 
 
 def _with_wide(element: Description) -> Description:
-    """Return the type of a wide string for `wstring`, which rosbags parses as the name of a message; keep any other type."""
+    """Return the type of a wide string for `wstring`, which rosbags parses as a message name; return other types unchanged."""
     kind, detail = element
     return WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else element
 

@@ -1,6 +1,6 @@
 """Parses messages from YAML, as `ros2 topic pub` does; missing fields get their default values.
 
-The word `auto` as the value of a header, and `now` as that of a time, stand for the time at which the message is sent.
+The words `auto`, as the value of a header, and `now`, as the value of a time, mean the time at which the message is sent.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class _InvalidValueError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A parsed message, with a list of the times in it that are set when the message is sent."""
+    """A parsed message, and a list of its times that are set when the message is sent."""
 
     message: Any
     stamps: list[Any]
@@ -64,7 +64,7 @@ def parse(text: str, message_type: str, definitions: Definitions = DEFINITIONS) 
 
 
 def full_type(name: str, folder: str = "msg") -> str:
-    """Return the full type name for a short one: `geometry_msgs/msg/Twist` for `geometry_msgs/Twist`."""
+    """Return the full name of a type from its short name: `geometry_msgs/msg/Twist` for `geometry_msgs/Twist`."""
     return re.sub(r"\A([^/]+)/([^/]+)\Z", rf"\1/{folder}/\2", name)
 
 

@@ -47,11 +47,10 @@ def _scan(scan: Any, width: int, picture: bool) -> list[str]:
     hits = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
     rate = f", {1.0 / scan.scan_time:.4g} Hz" if scan.scan_time > 0.0 else ""
     limits = f"can measure {scan.range_min:.4g} to {scan.range_max:.4g} m"
+    returns = f"ranges {_extent(ranges[hits])} m, {len(ranges) - int(hits.sum())} without return"
     lines = [
         f"{len(ranges)} beams from {first:.1f} to {last:.1f} deg{rate}, {limits}",
-        f"ranges {_extent(ranges[hits])} m, {len(ranges) - int(hits.sum())} without return"
-        if hits.any()
-        else "no return",
+        returns if hits.any() else "no return",
     ]
     if len(scan.intensities):
         lines.append(f"intensities {_extent(scan.intensities)}")
@@ -63,8 +62,8 @@ def _scan(scan: Any, width: int, picture: bool) -> list[str]:
 def sparkline(values: Values, width: int) -> str:
     """Return a line of bars that shows the values.
 
-    The values are divided into equal parts, one per bar; a bar shows the smallest finite value of its part. The tallest bar
-    stands for the largest of these smallest values. A part without finite values is a space.
+    Each bar shows the smallest finite value in one of several equal parts of the values. The tallest bar shows the largest of
+    these smallest values. A part without finite values gives a space.
     """
     count = min(width, len(values))
     if count < 1:

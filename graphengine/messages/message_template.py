@@ -2,7 +2,7 @@
 
 Most messages of a topic differ only in numbers: frame IDs, the number of transforms and the size of images stay the same. For
 such messages it is enough to pack the numbers into the bytes of the earlier message; the encoder is not needed. A large array
-is copied only once: the bytes before and after it are kept as separate pieces, and all pieces and arrays are joined at the end.
+is copied only once: the bytes before and after the array are separate pieces, and all pieces and arrays are joined at the end.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _HEADER = 4
 
 
 class _NoTemplateError(Exception):
-    """A message type has a part for which templates are not supported, such as a wide string."""
+    """A message type has a field for which templates are not supported, such as a wide string."""
 
 
 class Template:
@@ -194,15 +194,15 @@ class Template:
 
 
 class Encoder:
-    """Encodes the messages of one topic: with a template while the messages are similar, otherwise with the general encoder.
+    """Encodes the messages of one topic: similar messages with a template, other messages with the general encoder.
 
     Args:
         definitions: definitions of all known message types.
-        checked: whether to check all fields of each message, as for messages of users.
+        checked: whether to check all fields of each message; needed for messages of users.
     """
 
     PATIENCE = 8
-    """Maximum number of templates for a topic; messages that do not fit the last template go to the general encoder."""
+    """Maximum number of templates for a topic. The general encoder encodes messages that do not fit the last template."""
 
     def __init__(self, definitions: Definitions = DEFINITIONS, *, checked: bool = False) -> None:
         self._definitions, self._checked = definitions, checked

@@ -18,7 +18,7 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.interfaces import SCALARS, TEXTS, Description, element_of, named
 
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}
-"""IDL names of number types, by ROS name; ros2cli prints them as element types of arrays."""
+"""A dict from ROS names of number types to IDL names, which ros2cli prints as element types of arrays."""
 _WIDTH = 2**31 - 1
 _CUT = "..."
 
@@ -94,7 +94,7 @@ class Style:
     """Options for printing messages.
 
     Args:
-        longest: maximum length of arrays and strings; longer ones are cut; None: no limit.
+        longest: maximum length of arrays and strings: longer arrays and strings are cut; None: no limit.
         arrays: whether to print arrays; if false, only their types and lengths are printed.
         texts: whether to print strings; if false, only their lengths are printed.
         flow: whether to print YAML lists in brackets.
@@ -120,7 +120,7 @@ def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, 
 def to_yaml(part: TypedValue, style: Style = Style()) -> str:
     """Return a message or value as `ros2 topic echo` prints it, without the line of dashes that separates messages.
 
-    Characters that mislead readers, such as U+202E, which reverses the order of text, are written as escapes of YAML.
+    Characters that mislead readers, such as U+202E (it reverses the order of text), are written as escapes of YAML.
     """
     import yaml  # not for the nodes that need `to_plain`
 
@@ -144,7 +144,7 @@ def _dumper() -> Any:
 
 
 def _represent(dump: Any, text: str) -> Any:
-    """Return the YAML node of a string, in double quotes if it has characters that must be written as escapes."""
+    """Return the YAML node of a string, in double quotes if the string has characters that must be written as escapes."""
     style = None if text.isascii() or not any(map(_misleads, text)) else '"'
     return dump.represent_scalar("tag:yaml.org,2002:str", text, style=style)
 
@@ -174,7 +174,7 @@ def to_expression(part: TypedValue) -> str:
 def to_plain_text(part: TypedValue) -> str:
     """Return the value of a field as `ros2 topic echo --field` prints it.
 
-    A message is a Python expression such as `std_msgs.msg.Bool(data=True)`, another value is in Python's notation.
+    A message is written as a Python expression such as `std_msgs.msg.Bool(data=True)`; other values in Python's notation.
     """
     sequence = part.kind[0] == Nodetype.SEQUENCE
     if part.scalar in ("", "byte") or (sequence and part.scalar in ("bool", *TEXTS)):
@@ -185,7 +185,7 @@ def to_plain_text(part: TypedValue) -> str:
 
 
 def _plain(part: TypedValue, style: Style) -> Any:
-    """Return a value as dicts, lists and scalars, cut and reduced as the style demands."""
+    """Return a value as dicts, lists and scalars, cut and reduced according to the style."""
     if part.is_message:
         return {name: _plain(value, style) for name, value in part.fields()}
     if not part.is_array:
@@ -209,7 +209,7 @@ def _cells(plain: Any) -> Iterator[str]:
 
 
 def _scalar(part: TypedValue, style: Style) -> Any:
-    """Return a scalar as rclpy represents it, or as the style demands."""
+    """Return a scalar in the representation that the style selects."""
     if part.scalar == "byte":
         return _octet(part.value) if style.octets else part.value & 0xFF
     return _text(part.value, style) if part.scalar in TEXTS else part.value

@@ -18,7 +18,7 @@ Fields = Callable[[str], Sequence[tuple[str, Description]]]
 
 
 def find_fault(value: Any, description: Description, place: str, fields: Fields) -> str:
-    """Return a message about the first part of a value that does not fit its type; empty if all parts fit.
+    """Return a message about the first field or element of a value that does not fit its type, or an empty string.
 
     Args:
         value: a ROS message, or the value of a field.

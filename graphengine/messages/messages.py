@@ -50,7 +50,9 @@ if TYPE_CHECKING:
 
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
 """Range of times that a stamp can hold, s: its seconds are a signed 32-bit number. `_LATEST` is out of range."""
-_ENCAPSULATIONS = (b"\0\0", b"\0\1")
+LITTLE_ENDIAN = b"\0\1"
+"""First two bytes of a CDR message in little endian."""
+_ENCAPSULATIONS = (b"\0\0", LITTLE_ENDIAN)
 """First two bytes of a CDR message in big endian and in little endian."""
 
 
@@ -147,8 +149,7 @@ def encode(message: Any, definitions: Definitions = DEFINITIONS) -> bytes:
 def decode(data: bytes, message_type: str, definitions: Definitions = DEFINITIONS) -> Any:
     """Decode a message from CDR bytes in either byte order; its arrays are read-only views of the bytes.
 
-    Additional bytes at the end are ignored, as in ROS 2, because rmw_fastrtps_cpp encodes some messages into more bytes than
-    they need.
+    As in ROS 2, additional bytes at the end are ignored: rmw_fastrtps_cpp encodes some messages into more bytes than necessary.
 
     Raises:
         MessageError: the bytes cannot be decoded as this type.

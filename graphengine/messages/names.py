@@ -14,7 +14,7 @@ MAX_NAMESPACE = MAX_TOPIC - 2
 MAX_NODE = 255
 """Maximum length of the name of a ROS 2 node, characters."""
 ACTION_PART = "/_action/"
-"""Text between the name of an action and the role of a service or topic, as in `/dock/_action/feedback`."""
+"""Text between the name of an action and the role of its service or topic, as in `/dock/_action/feedback`."""
 
 _PARTS_HELP = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
 _NODE_HELP = "legal: letters A-Z a-z, digits and _; the first is not a digit"
@@ -26,15 +26,15 @@ _ILLEGAL_IN_NODE = re.compile(r"[^A-Za-z0-9_]")
 
 
 def strip(name: str) -> str:
-    """Return a name without the characters at both ends that are no letters or digits, such as slashes, underscores and blanks.
+    """Return a name without the slashes, underscores, blanks and other characters at both ends that are not letters or digits.
 
-    Letters of other alphabets stay, so that `check_topic` reports them.
+    Letters of other alphabets stay; `check_topic` reports them.
     """
     return _ENDS.sub("", name)
 
 
 def full_namespace(namespace: str) -> str:
-    """Return the absolute form of a namespace, such as `/arm`; empty for the root, so that `/TOPIC` can be appended."""
+    """Return the absolute form of a namespace, to which `/TOPIC` can be appended, such as `/arm`; empty for the root."""
     stripped = strip(namespace)
     return f"/{stripped}" if stripped else ""
 
@@ -62,11 +62,11 @@ def full_topic(namespace: str, topic: str, what: str = "topic name") -> str:
 
 
 def join_namespaces(values: Iterable[str], outermost: bool = False) -> str:
-    """Return the namespaces of a prim and its ancestors, joined with one slash each.
+    """Return the namespaces of a prim and its ancestors, joined by slashes.
 
     Args:
-        values: namespaces from the root of the stage to the prim; empty ones are ignored.
-        outermost: whether to return only the outermost namespace, which TF nodes use.
+        values: namespaces from the root of the stage to the prim; empty namespaces are ignored.
+        outermost: whether to return only the outermost namespace, as TF nodes need it.
     """
     authored = [value for value in (_PUNCTUATION_AT_ENDS.sub("", value) for value in values) if value]
     return "/".join(authored[:1] if outermost else authored)
@@ -83,7 +83,7 @@ def service_topics(service: str) -> tuple[str, str]:
 
 
 def action_of(name: str) -> str:
-    """Return the name of the action to which a service or topic with this name belongs; empty if it belongs to no action."""
+    """Return the name of the action to which a service or topic with this name belongs; empty if the name is not of an action."""
     action, separator, part = name.rpartition(ACTION_PART)
     return action if separator and part in ("send_goal", "cancel_goal", "get_result", "feedback", "status") else ""
 
@@ -100,7 +100,7 @@ def check_topic(name: str, given: str | None = None, what: str = "topic name") -
 
     Args:
         name: absolute name.
-        given: name as the user wrote it, if it differs from `name`.
+        given: name that the user wrote, if it differs from `name`.
         what: kind of the name, for the error message.
 
     Raises:

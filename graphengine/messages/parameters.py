@@ -39,10 +39,10 @@ SERVICES = {
     "set_parameters": "rcl_interfaces/srv/SetParameters",
     "set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
 }
-"""Types of the parameter services of a node, by the last part of the service name, as in `NODE/get_parameters`."""
+"""A dict from the last part of a service name, as in `NODE/get_parameters`, to the type of this parameter service."""
 
 EVENTS, EVENT = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
-"""Topic on which all nodes publish changes of their parameters, and its message type."""
+"""The topic on which all nodes publish changes of their parameters, and the message type of the topic."""
 
 _DTYPES = {ParameterType.BOOL_ARRAY: np.bool_, ParameterType.INTEGER_ARRAY: np.int64}
 _DTYPES |= {ParameterType.DOUBLE_ARRAY: np.float64, ParameterType.BYTE_ARRAY: np.int8}
@@ -53,7 +53,7 @@ def value_message(kind: ParameterType, value: Any) -> Any:
 
     Args:
         kind: type of the parameter.
-        value: value of this type; an array may be any sequence.
+        value: value of this type; an array can be any sequence.
     """
     message = DEFINITIONS.initial("rcl_interfaces/msg/ParameterValue")
     if kind is ParameterType.NOT_SET:

@@ -42,7 +42,7 @@ class Maker:
     """
 
     shorthands: ClassVar[Mapping[str, str]] = {}
-    """Word that can stand for a whole message, by message type."""
+    """A dict from message types to the word that can replace a whole message of the type."""
 
     def __init__(self, definitions: Definitions) -> None:
         self.definitions = definitions
@@ -85,7 +85,7 @@ class Maker:
         return signed_byte(given) if name == "byte" and isinstance(given, int) and is_number else given
 
     def place_of(self, name: str, place: str) -> str:
-        """Return the name of a field in error messages; `place` is that of the message with the field."""
+        """Return the name of a field in error messages; `place` is the name of the message that has the field."""
         return f"{place}.{name}" if place else name
 
     def refused(self, code: str, what: str, given: Any, place: str = "", key: Any = None, hint: str = "") -> Exception:

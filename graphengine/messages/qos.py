@@ -27,16 +27,16 @@ PRESETS: Mapping[str, QoS] = {
     "Sensor Data": QoS(depth=5, reliability="bestEffort"),
     "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
 }
-"""Profiles by the names that ROS2QoSProfile accepts; the name `Custom` is missing, because it stands for no fixed profile."""
+"""A dict from preset names of ROS2QoSProfile to profiles; without `Custom`, which has no fixed profile."""
 
 _SYSTEM_DEFAULT = QoS(liveliness="automatic")
-"""Values that replace the policy `systemDefault`; `rmw_cyclonedds_cpp` uses the same."""
+"""Values that replace the policy `systemDefault`, the same as in `rmw_cyclonedds_cpp`."""
 _MAX_DEPTH = 2**31 - 1
 """Maximum depth of a queue in a QoS profile."""
 _KEYS = {"lease_duration": "leaseDuration"}
 _FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
 _CHOICES = {name: legal for name, kind in get_type_hints(QoS).items() if (legal := get_args(kind))}
-"""Legal values of the policies that are not numbers, by policy."""
+"""A dict from each policy that is not a number to its legal values."""
 
 
 def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> QoS:
@@ -45,7 +45,7 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
     Args:
         qos_profile: JSON text from a ROS2QoSProfile.
         queue_size: history depth if `qos_profile` is empty; the other policies then have their defaults.
-        latched: whether to return LATCHED, whatever the other arguments are.
+        latched: if true, the other arguments are ignored and LATCHED is returned.
 
     Raises:
         TopicError: the text is not a legal profile.
@@ -71,7 +71,7 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
 
 
 def _preset_advice(text: str) -> str:
-    """Return how to use a preset, if a text such as `SensorData` or `qos_profile_sensor_data` names one; empty otherwise."""
+    """Return advice for the preset that a text such as `SensorData` or `qos_profile_sensor_data` names, or an empty string."""
     plain = "".join(filter(str.isalnum, text.lower()))
     found = next((name for name in PRESETS if plain.endswith("".join(filter(str.isalnum, name.lower())))), "")
     return found and f"for the preset {found!r}, wire qosProfile of a ROS2QoSProfile with createProfile: {found}"
@@ -83,13 +83,13 @@ def qos_json(qos: QoS) -> str:
 
 
 def settled(qos: QoS) -> QoS:
-    """Return a profile in which actual values replace the policies that are `systemDefault`, and a depth of 0."""
+    """Return a profile with actual values in place of a depth of 0 and of each policy `systemDefault`."""
     chosen = {name: getattr(_SYSTEM_DEFAULT, name) for name in _CHOICES if getattr(qos, name) == "systemDefault"}
     return replace(qos, depth=qos.depth or 1, **chosen)
 
 
 def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:
-    """Return the policies in which a publisher offers less than a subscription requests; each prevents a connection."""
+    """Return the policies in which a publisher offers less than a subscription requests; each of them prevents a connection."""
     offered, requested = settled(offered), settled(requested)
     less = {
         "reliability": (offered.reliability, requested.reliability) == ("bestEffort", "reliable"),

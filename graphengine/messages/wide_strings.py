@@ -47,7 +47,7 @@ def _read(order: str, data: memoryview, position: int, cls: Any, store: Any) -> 
 
 
 _ROS1: Any = _size
-"""Placeholder for the functions of the codec that are for ROS 1, which has no wide strings."""
+"""Placeholder for the codec's functions for ROS 1; ROS 1 has no wide strings."""
 
 _CODECS: list[Any] = [partial(function, order) for function in (_write, _read) for order in "<>"]
 _FIELDS: list[Any] = [("text", (Nodetype.BASE, ("string", 0)))]

@@ -6,7 +6,7 @@ from graphengine.format.stateful import Stateful
 
 
 class Clock(Stateful):
-    """The simulation time that the nodes of a graph read. It changes only between two executions of the graph.
+    """The simulation time that the nodes of a graph read. The time changes only between two executions of the graph.
 
     The period of the clock is the time between two executions: a tick or a physics step. The period in seconds is stored
     as a fraction, and the time is `frame * numerator / denominator`, so rounding errors do not accumulate.

@@ -1,4 +1,4 @@
-"""Counts the values that nodes could not use and therefore dropped: from wires and messages, or set while the session ran."""
+"""Counts the bad values that nodes dropped: values from wires and messages, and values set while the session ran."""
 
 from __future__ import annotations
 
@@ -35,6 +35,6 @@ class DroppedValues(Stateful):
         return count & (count - 1) == 0
 
     def earlier(self, node: str) -> str:
-        """Return the end of a warning that is due: `, as in 3 of the ticks before`; empty for the first one of a node."""
+        """Return the end of a due warning, such as `, as in 3 of the ticks before`; empty for the first warning of a node."""
         before = self.ticks[node] - 1
         return f", as in {before} of the ticks before" if before else ""

@@ -14,6 +14,13 @@ _PUNCTUATION |= {"[": "LeftBracket", "]": "RightBracket", "-": "Minus", ".": "Pe
 _PUNCTUATION |= {"/": "Slash", " ": "Space"}
 _CONTROLS = {"\t": "Tab", "\r": "Enter", "\n": "Enter", "\x7f": "Backspace", "\x1b": "Escape"}
 _ARROWS = {"up": "Up", "down": "Down", "left": "Left", "right": "Right"}
+_TYPED: dict[str, tuple[str, ...]] = {
+    **{chr(number): ("LeftControl", chr(number + 64)) for number in range(1, 27)},
+    **{text: (name,) for text, name in (_PUNCTUATION | _CONTROLS | _ARROWS).items()},
+    **{digit: (f"Key{digit}",) for digit in string.digits},
+    **{letter.lower(): (letter,) for letter in string.ascii_uppercase},
+    **{letter: ("LeftShift", letter) for letter in string.ascii_uppercase},
+}
 MODIFIERS = {
     "shift": ("LeftShift", "RightShift"),
     "alt": ("LeftAlt", "RightAlt"),
@@ -93,18 +100,4 @@ def keys_of(character: str) -> tuple[str, ...]:
 
     Instead of a character, the argument can be `up`, `down`, `left` or `right` for an arrow key.
     """
-    if character in _ARROWS:
-        return (_ARROWS[character],)
-    if len(character) != 1:
-        return ()
-    if character in _CONTROLS:
-        return (_CONTROLS[character],)
-    if character.isascii() and character.isdigit():
-        return (f"Key{character}",)
-    if character in _PUNCTUATION:
-        return (_PUNCTUATION[character],)
-    if character.isascii() and character.isalpha():
-        return ("LeftShift", character) if character.isupper() else (character.upper(),)
-    if "\x01" <= character <= "\x1a":
-        return ("LeftControl", chr(ord(character) + 64))
-    return ()
+    return _TYPED.get(character, ())

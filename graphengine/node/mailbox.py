@@ -34,11 +34,8 @@ class EventQueue(Stateful):
             ContextError: the queue is full.
         """
         if len(self._posted) >= self.LIMIT:
-            raise ContextError(
-                f"more than {self.LIMIT} events {self.name!r} in one tick",
-                self.name,
-                "the event may be triggering itself",
-            )
+            text = f"more than {self.LIMIT} events {self.name!r} in one tick"
+            raise ContextError(text, self.name, "the event may be triggering itself")
         self._posted.append(item)
 
     @property

@@ -91,10 +91,8 @@ class NodeMeta(type):
         taken = {member for base in inherited for member in dir(base)}
         for field_name in fields:
             if field_name in taken or _RESERVED.match(field_name):
-                raise TypeError(
-                    f"{name}.{field_name}: the name is taken; call it {field_name}_in or {field_name}_out, and set the port's "
-                    f"name with name="
-                )
+                remedy = f"call it {field_name}_in or {field_name}_out, and set the port's name with name="
+                raise TypeError(f"{name}.{field_name}: the name is taken; {remedy}")
         for field_name in fields:
             del namespace[field_name]
         slots = [*namespace.get("__slots__", ()), *(k for k, v in fields.items() if not isinstance(v, ExecOut))]
@@ -109,9 +107,6 @@ class NodeMeta(type):
         cls.series = {stem: _series(cls.fields, stem) for stem in cls.numbered}  # type: ignore[attr-defined]
         return cls
 
-    def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **_: Any) -> None:
-        super().__init__(name, bases, namespace)
-
 
 class Node(metaclass=NodeMeta):
     """Base class of all node types.
@@ -120,7 +115,7 @@ class Node(metaclass=NodeMeta):
 
     - `type`: registered OmniGraph name of the node type; a class without it is only a base class.
     - `gated`: an action with a single ExecOut fires this ExecOut only if `compute` returns it.
-    - `counts`: the node is computed once for each firing of an execution input, even if several firings come in one pass.
+    - `counts`: the node is computed once for each firing of an execution input, even if an input fires several times in a pass.
     - `volatile`: the outputs of a data node depend on more than its inputs.
     - `aliases`: older registered names.
 
@@ -235,7 +230,7 @@ class Node(metaclass=NodeMeta):
         does not allow a returned type, or has a different type already, the compiler reports an error.
 
         Args:
-            known: the port types that are known so far, by Python name of the port.
+            known: a dict from Python names of ports to their types, as far as these are known.
             variables: types of the graph's variables, by name.
 
         Raises:
@@ -258,7 +253,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def grows(cls) -> bool:
-        """Return whether the class sets `numbered` or overrides `dynamic_ports`, so that its nodes can have additional ports."""
+        """Return whether nodes of the class can have additional ports: it sets `numbered` or overrides `dynamic_ports`."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:

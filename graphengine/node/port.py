@@ -1,4 +1,4 @@
-"""The field specifiers with which a node class declares its ports, and the descriptions of ports that result from them."""
+"""The field specifiers with which a node class declares its ports, and the resulting descriptions of ports."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Port:
         return any(bound is not None for bound in (self.ge, self.gt, self.le, self.lt))
 
     def check(self, value: Any, *, recorded: bool = False) -> Any:
-        """Return a value that is set, converted to the Python representation of the port's type.
+        """Check a value that a file or command sets, and return its Python representation for the port's type.
 
         Args:
             value: the value; for a union port, already converted to one of its types.
@@ -93,7 +93,7 @@ class Port:
         return value
 
     def refusal(self, value: Any) -> str:
-        """Return a text that says which values are legal if a value of the port's type is not legal; empty if it is legal."""
+        """Return a text that states the legal values if `value`, which has the port's type, is not legal; otherwise empty."""
         if self.tokens and value not in self.tokens:
             more = f", … ({len(self.tokens) - _TOLD} more)" if len(self.tokens) > _TOLD else ""
             return f"expected one of {', '.join(self.tokens[:_TOLD])}{more}"
@@ -108,7 +108,7 @@ class Port:
         return ""
 
     def is_missing(self, value: Any) -> bool:
-        """Whether the port is required, and the value is an empty list or text, which counts as none."""
+        """Return whether the port is required and `value` is an empty list or text, which counts as no value."""
         return self.required is True and isinstance(value, tuple | str) and not value and not self.default_counts
 
     def _allows(self, number: float) -> bool:
@@ -261,13 +261,11 @@ def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
         port_type = parse(explicit) if isinstance(explicit, str) else explicit
     elif port_type is None:
         extras = getattr(hint, "__metadata__", ())
-        port_type = next((extra for extra in extras if isinstance(extra, PortType | UnionType)), None)
-        if port_type is None:
-            port_type = _ANNOTATIONS.get(hint)
+        found = (extra for extra in extras if isinstance(extra, PortType | UnionType))
+        port_type = next(found, None) or _ANNOTATIONS.get(hint)
     if port_type is None:
-        raise TypeError(
-            f"{owner}.{name}: no port type is known for {hint!r}; annotate the field with a type of graphengine.node.types"
-        )
+        remedy = "annotate the field with a type of graphengine.node.types"
+        raise TypeError(f"{owner}.{name}: no port type is known for {hint!r}; {remedy}")
     ogn_name = facts.pop("name", "") or camel_case(name)
     facts["tokens"] = tuple(facts.get("tokens", ()))
     port = Port(name, ogn_name, field.side, port_type, **facts)

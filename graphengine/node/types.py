@@ -80,7 +80,7 @@ class PortType:
 
     @property
     def is_number(self) -> bool:
-        """Whether the scalar type is a number or bool, so that arrays of this type are numpy arrays."""
+        """Whether the scalar type is a number or bool; arrays of this type are then numpy arrays."""
         return self.base in _DTYPES
 
     @property
@@ -208,7 +208,7 @@ def _buffer(value: Any) -> Any:
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """Make an array read-only in place and return it, so that several ports can share it."""
+    """Make an array read-only in place and return the array; several ports can then share it."""
     array.setflags(write=False)
     return array
 

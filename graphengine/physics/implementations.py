@@ -40,7 +40,7 @@ class Profile(Spec):
     """Base class of the sections of a sensor profile; each contains the parameters of one kind of device."""
 
     casts_rays: ClassVar[bool] = False
-    """Whether the device casts rays, so that `sees_own_robot` and `ignores` have an effect on it."""
+    """Whether the device casts rays. The keys `sees_own_robot` and `ignores` have an effect only on devices that do."""
 
     def facts(self) -> dict[str, Any]:
         """Return the values that the profile adds to the `facts` of a device's prim."""

@@ -28,7 +28,7 @@ class LoadedWorld:
 
     Attributes:
         simulation: physics and sensors; implements `devices.backend.World`.
-        robots: robots by name; first those of the scene file, then added robots, each in order.
+        robots: a dict from name to robot; first the robots of the scene file in order, then the added robots in order.
         scenery: editable models from which any set of robots can be compiled.
     """
 
@@ -57,7 +57,7 @@ class LoadedWorld:
         return self.simulation.stage
 
     def copy(self, files: Files, seed: int) -> LoadedWorld:
-        """Return an independent copy of this world, which must not have been stepped.
+        """Return an independent copy of this world. Call this before the first step only.
 
         Args:
             files: files that the descriptions of added robots may refer to.
@@ -111,7 +111,7 @@ class LoadedWorld:
         """Add a robot at the pose in `use`, at rest. After an error, nothing has changed.
 
         Raises:
-            CheckError: the robot has errors; the exception lists all of them.
+            CheckError: the robot has errors; the exception lists all errors.
             PhysicsError: MuJoCo cannot simulate the robot at this pose.
             UsageError: the requested ray casting method cannot be used with the robot.
         """
@@ -119,7 +119,7 @@ class LoadedWorld:
         self.stage.find(self.robots[name].prim_path).facts["spawned"] = True
 
     def put(self, placement: RobotPlacement) -> None:
-        """Add a robot at a known placement, such as that of a robot in a checkpoint; raise the same errors as `add`."""
+        """Add a robot at a known placement, for example that of a robot in a checkpoint; raise the same errors as `add`."""
         findings = Findings()
         self.scenery.forget(self.robots)
         robot = self.scenery.robot(placement, findings)
@@ -149,10 +149,8 @@ class LoadedWorld:
         elif name in {one.name for one in self.simulation.entities.all()}:
             findings.add("S105", f"the name {name!r} is taken by another robot or object; choose another name")
         elif (taken := self.stage.obstacle(placement.prim_path)) is not None:
-            findings.add(
-                "S105",
-                f"the path {placement.prim_path} of {name!r} is taken: {taken.path} is a {taken.kind}",
-            )
+            text = f"the path {placement.prim_path} of {name!r} is taken: {taken.path} is a {taken.kind}"
+            findings.add("S105", text)
         findings.raise_errors()
         return replace(placement, key="")
 

@@ -99,12 +99,9 @@ def load_world(
     if len(findings.errors) > before:
         return None
     if (receiver := next(stage.prims("navsat"), None)) is not None and earth_of(model) is None:
-        findings.add(
-            "W218",
-            f"{receiver.path} takes the world's origin for latitude 0, longitude 0: the world has no place on Earth",
-            scene.document.key_span("world"),
-            "add to the scene, for example: spherical_coordinates: {latitude_deg: 47.38, longitude_deg: 8.54}",
-        )
+        text = f"{receiver.path} takes the world's origin for latitude 0, longitude 0: the world has no place on Earth"
+        advice = "add to the scene, for example: spherical_coordinates: {latitude_deg: 47.38, longitude_deg: 8.54}"
+        findings.add("W218", text, scene.document.key_span("world"), advice)
     physics, settle = scene.spec.physics, scene.spec.settle
     rate = Fraction(repr(physics.tick_rate))
     try:
@@ -124,17 +121,13 @@ def load_world(
     tell_limits(simulation.limits, robots, findings)
     _tell_touching(touching, robots, scene, findings)
     if settle and simulation.settled_after is None:
-        findings.add(
-            "N103",
-            "the scene is not at rest after 5 s; the run starts from the state that it has reached",
-            scene.document.key_span("settle"),
-            *_moving(simulation),
-        )
+        text = "the scene is not at rest after 5 s; the run starts from the state that it has reached"
+        findings.add("N103", text, scene.document.key_span("settle"), *_moving(simulation))
     return LoadedWorld(simulation, robots, scenery)
 
 
 def _check_movers(simulation: Simulation, scene: Loaded[SceneSpec], findings: Findings) -> bool:
-    """Warn about movers that start inside a fixed body; return False if a region has no free points, which is an error."""
+    """Warn about movers that start inside a fixed body. Add an error and return False if a region has no free points."""
     for name in simulation.movers.stuck():
         text = f"mover {name!r} finds no free straight way in its region"
         advice = "give a region with free floor, of a few times the size of the mover"

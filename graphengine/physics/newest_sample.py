@@ -1,4 +1,4 @@
-"""Keeps the newest sample of a sensor for programs, which read it between two ticks."""
+"""Keeps the newest sample of a sensor. Programs read this sample between two ticks."""
 
 from __future__ import annotations
 

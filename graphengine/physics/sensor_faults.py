@@ -58,7 +58,7 @@ def advance(handle: Any, key: str, faults: Faults) -> None:
     Args:
         handle: sensor.
         key: name of the handle in its table.
-        faults: faults that act in this tick, by prim path.
+        faults: faults that act in this tick; the keys are prim paths.
     """
     last: Output | None = handle.output
     handle.output = None

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from graphengine.descriptions.engine import Floats, wake
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
@@ -53,7 +53,7 @@ class Simulation(PicturedSimulation):
         return contact_points(self.model, self.forces.now())
 
     def body(self, prim: Prim) -> CarriedPrim:
-        """Return a handle to the pose and velocity of a prim: those of its rigid body, or of the body that carries the prim."""
+        """Return a handle to the pose and velocity of a prim, which moves with its own body or with the body that carries it."""
         return self.handles.find(CarriedPrim, prim)
 
     frame = body
@@ -64,24 +64,22 @@ class Simulation(PicturedSimulation):
         return vector(self.model.opt.gravity)
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Set gravity (m/s2, world frame), which acts from the next step on; wake sleeping bodies."""
+        """Set gravity (m/s2, world frame) for all later steps, and wake sleeping bodies."""
         if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
             return
         self.model.opt.gravity = gravity
-        wake(self.model, self.data)
-        self.refresh()
+        self.wake_all()
 
     def friction(self, prim: Prim) -> Friction:
         """Return static and dynamic friction of a material prim."""
         return self._frictions.of(prim)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Set static and dynamic friction of a material, which act from the next step on; wake sleeping bodies."""
+        """Set static and dynamic friction of a material for all later steps, and wake sleeping bodies."""
         if friction == self._frictions.of(prim):
             return
         self._frictions.write(self.model, prim, friction)
-        wake(self.model, self.data)
-        self.refresh()
+        self.wake_all()
 
     def conveyor(self, prim: Prim) -> Conveyor:
         """Return a handle to the surface velocity of a body.
@@ -109,7 +107,7 @@ class Simulation(PicturedSimulation):
         return float(self.model.body(prim.body).mass[0])
 
     def placement(self, prim: Prim) -> PlacedBody | None:
-        """Return a handle that places the prim's body and holds it there; None if the body cannot be moved alone."""
+        """Return a handle that places the prim's body and holds this pose; None if the body cannot be moved alone."""
         return self.handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:
@@ -117,7 +115,7 @@ class Simulation(PicturedSimulation):
         return self.handles.find(Joints, robot)
 
     def compile_kernels(self) -> None:
-        """Compile the kernels that the sensors of the stage need, so that the set-up of a node does not wait for the compiler."""
+        """Compile the kernels that the sensors of the stage need. The set-up of nodes then does not wait for the compiler."""
         kinds = {prim.kind for prim in self.stage.prims()} & IMPLEMENTATIONS.all.keys()
         if any(getattr(IMPLEMENTATIONS.all[kind].handle, "casts_rays", False) for kind in kinds):
             compile_kernels(self._rays_choice)

@@ -1,4 +1,4 @@
-"""Finds the differences between two messages of the same type: fields by name, elements by index, with both values."""
+"""Finds the differences between two messages of the same type, with the name of each field and both values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graphengine.messages.interfaces import MessageTypeError
 
 
 class FieldDifference(NamedTuple):
-    """A different value of a field, such as `pose.pose.position.x` or `ranges[12]`."""
+    """A field that differs, such as `pose.pose.position.x` or `ranges[12]`, with both values."""
 
     field: str
     recorded: str
@@ -28,10 +28,10 @@ class FieldDifference(NamedTuple):
 def differences(
     recorded: bytes, replayed: bytes, message_type: str, definitions: Definitions = DEFINITIONS
 ) -> list[FieldDifference]:
-    """Return all fields that differ; an array of numbers has one entry, with its first element that differs.
+    """Return all fields that differ; an array of numbers has one entry, for the first element that differs.
 
-    If the messages differ only in bytes that are not decoded, such as padding, the result is the first such byte. Numbers are
-    compared by their bits, so that NaN equals NaN and -0 differs from 0.
+    If the messages differ only in bytes that are not decoded, such as padding, the result is the first such byte. The bits of
+    numbers are compared, so that NaN equals NaN and -0 differs from 0.
     """
     try:
         one, other = (messages.decode(data, message_type, definitions) for data in (recorded, replayed))
@@ -61,10 +61,8 @@ def _of_arrays(one: Any, other: Any, place: str) -> Iterator[FieldDifference]:
     if len(one) != len(other):
         yield FieldDifference(f"len({place})", str(len(one)), str(len(other)))
         return
-    bits = (
-        [np.frombuffer(array.tobytes(), np.uint8).reshape(len(array), -1) for array in (one, other)] if len(one) else []
-    )
-    unlike = np.flatnonzero((bits[0] != bits[1]).any(axis=1)) if bits else np.empty(0, np.intp)
+    bits = [array.view(np.uint8).reshape(len(array), array.itemsize) for array in (one, other)]
+    unlike = np.flatnonzero((bits[0] != bits[1]).any(axis=1))
     if unlike.size:
         first = int(unlike[0])
         more = f" (and {unlike.size - 1} more of {len(one)} elements)" if unlike.size > 1 else ""

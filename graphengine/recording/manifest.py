@@ -1,4 +1,4 @@
-"""The manifest of a recording: arguments and environment with which the run was started."""
+"""The manifest of a recording: the arguments and the environment of the run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DomainId = Annotated[int, Field(ge=0, le=232)]
 
 
 class Manifest(BaseModel):
-    """Options, platform, and names of the main files of a recorded run."""
+    """The options, the platform and the names of the main files of a recorded run."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -43,13 +43,13 @@ class Manifest(BaseModel):
     """Method of ray casting for lidars."""
     keep_going: bool = False
     bad_values: BadValues = "stop"
-    """Reaction to a value that a node cannot use: drop the value or stop the run. Without this entry, the run stopped."""
+    """Reaction to a value that a node cannot use. In a recording without this entry, the run stopped."""
     drops_set_values: bool = False
-    """Whether `drop` includes values that were set while the session ran. Without this entry, only values from wires."""
+    """Whether `drop` also dropped values that were set while the session ran. In a recording without this entry, it did not."""
     sees_own_robots: bool = False
-    """Whether ray sensors whose robot file does not say so saw their own robot. Without this entry, they did not."""
+    """Whether ray sensors saw their own robot if the robot file does not say so. Without this entry, they did not."""
     modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
-    """Additional Python modules with node types. A replay must be given the same modules."""
+    """Additional Python modules with node types. A replay needs the same modules."""
     domain_id: DomainId = 0
     domain_from_environment: DomainId | None = None
     identity: Annotated[str, Field(pattern=r"^([0-9a-f]{2}){0,64}$")] = ""
@@ -73,9 +73,8 @@ class Manifest(BaseModel):
         if written != str(FORMAT):
             raise RecordingError(f"it has format {written[:20]!r}; this version reads {FORMAT}")
         try:
-            return cls(
-                **{key: bounded_json.parse(text, MAX_BYTES) for key, text in metadata.items() if key != "format"}
-            )
+            entries = {key: text for key, text in metadata.items() if key != "format"}
+            return cls(**{key: bounded_json.parse(text, MAX_BYTES) for key, text in entries.items()})
         except ValidationError as error:
             first = error.errors()[0]
             raise RecordingError(f"its {'.'.join(map(str, first['loc']))} is invalid: {first['msg']}") from None

@@ -42,13 +42,13 @@ class Marks:
         self.all: list[RecordingMark] = []
         """All marks in chronological order."""
         self.tick = 0
-        """Number of the tick that is replayed for the first time. While it is 0, events are ignored."""
+        """Number of the tick that is replayed for the first time; 0: events are ignored."""
         self.gap = gap
         self._numbers: Counter[MarkKind] = Counter()
         self._last: dict[tuple[MarkKind, str], int] = {}
 
     def add(self, kind: MarkKind, text: str) -> None:
-        """Add a mark for an event of the current tick. After `MAX_MARKS` of one kind, a last mark says that there are more."""
+        """Add a mark for an event of the current tick; after `MAX_MARKS` of a kind, one last mark says that there are more."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
             return
         self._numbers[kind] += 1
@@ -65,7 +65,7 @@ class Marks:
         """Add a mark for each contact of a robot that begins in the current tick.
 
         Args:
-            touching: for each robot or object in contact, the name of the body that it touches.
+            touching: a dict from each robot or object in contact to the name of the body that it touches.
             robots: function that returns the names of all robots; called when a contact begins.
         """
         for name, other in touching.items():
@@ -74,13 +74,13 @@ class Marks:
                 self.add("contact", text)
 
     def log(self, severity: str, node: str, text: str) -> None:
-        """Add a mark for an error that a node logs. A session can use this method as its `log` function."""
+        """Add a mark for an error that a node logs; the method can be the `log` function of a session."""
         told = f"{node}: {text}" if node else text
         if severity == "error" and self._begins("error", told):
             self.add("error", told)
 
     def _begins(self, kind: MarkKind, text: str) -> bool:
-        """Return whether an event is new: the same event did not occur in the last `gap` ticks."""
+        """Return whether the same event did not occur in the last `gap` ticks."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
             return False
         before, self._last[kind, text] = self._last.get((kind, text), -self.gap), self.tick
@@ -88,7 +88,7 @@ class Marks:
 
 
 def _short(value: Any, depth: int = 3) -> str:
-    """Return the arguments of a command as text, each with its name and value."""
+    """Return the names and values of a command's arguments as text."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, dict | list) and not depth:

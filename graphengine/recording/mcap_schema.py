@@ -17,15 +17,15 @@ ENCODING = "cdr"
 MANIFEST = "graphengine"
 """Name of the metadata record with the manifest."""
 FILES = "graphengine:files"
-"""Name of the metadata record with the SHA-256 of each attachment, by name; it precedes the attachments."""
+"""Name of the metadata record that precedes attachments and has the SHA-256 of each attachment, by name."""
 END = "graphengine:end"
-"""Name of the last metadata record; a recording that was not closed lacks it."""
+"""Name of the last metadata record, which a recording lacks if it was not closed."""
 
 HIDDEN = "/_graphengine"
 """Namespace of channels that are not topics of the run; ROS 2 hides names that begin with an underscore."""
 DEFAULT_QOS = QoS()
 
-# QoS policies as numbered by rmw, because some ROS 2 distributions do not read their names.
+# rmw's numbers of the QoS policies, because some ROS 2 distributions do not read names of policies.
 _NUMBERS: Mapping[str, int] = {
     "keepLast": 1,
     "keepAll": 2,
@@ -48,7 +48,7 @@ class Stream:
         topic: full name of the topic.
         message_type: full name of the type, such as `nav_msgs/msg/Odometry`.
         qos: profile that the run's publisher offers, or that its subscription requests if the run does not publish the topic.
-        known: whether these messages are also in the topic's own channel; if so, bag players must not publish this channel.
+        known: whether the topic's own channel also has these messages; bag players then must not publish this channel.
     """
 
     topic: str
@@ -58,7 +58,7 @@ class Stream:
 
     @property
     def channel(self) -> str:
-        """Name of the channel: the topic, or a hidden name if the topic's own channel already contains the messages."""
+        """Name of the channel: the topic, or a hidden name if the topic's own channel has the same messages."""
         return f"{HIDDEN}/delivered{self.topic}" if self.known else self.topic
 
     def metadata(self) -> dict[str, str]:
@@ -67,9 +67,30 @@ class Stream:
 
     @classmethod
     def of_channel(cls, channel: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
-        """Return the stream of a channel, or None if another program wrote the channel."""
+        """Return the stream of a channel; None if another program wrote the channel."""
         topic = metadata.get("topic")
         return None if topic is None else cls(topic, message_type, known=topic != channel)
+
+
+@dataclass(frozen=True, slots=True)
+class PortStream:
+    """The values of one port. Replays ignore this channel, because its metadata have no topic.
+
+    Attributes:
+        channel: name of the channel, such as `/_graph/dd100/joint_states/ComputeOdom.position`.
+        message_type: type of the messages, from std_msgs.
+        unit: unit of the values; empty without one.
+        doc: description of the port.
+    """
+
+    channel: str
+    message_type: str
+    unit: str
+    doc: str
+
+    def metadata(self) -> dict[str, str]:
+        """Return the MCAP metadata of the channel: a QoS profile, the unit and the description."""
+        return {"offered_qos_profiles": offered_qos(DEFAULT_QOS), "unit": self.unit, "doc": self.doc}
 
 
 SESSION = Stream(f"{HIDDEN}/session", "std_msgs/msg/String")
@@ -102,12 +123,12 @@ class TickTimes:
 
 
 def failure_of(error: BaseException) -> str:
-    """Return the first line of an error message without its file position, which differs between machines."""
+    """Return the first line of an error message without the file position, which differs between machines."""
     return _PLACE.sub("", str(error).partition("\n")[0])
 
 
 def node_of(failure: str) -> str:
-    """Return the node named in a failure message; a message without a node is returned unchanged."""
+    """Return the text of a failure message that names the node; a message without a node is returned unchanged."""
     return failure.partition(" raised ")[0]
 
 
@@ -130,6 +151,6 @@ def offered_qos(qos: QoS) -> str:
 
 
 def _duration(name: str, seconds: float) -> tuple[str, str, str]:
-    """Return the YAML lines of a duration; 0 s means unlimited, which rosbag2 writes as the largest number."""
+    """Return the YAML lines of a duration; 0 s means unlimited and becomes the largest number, as in rosbag2."""
     whole, rest = divmod(math.floor(seconds * 1e9) if 0 < seconds * 1e9 < _FOREVER_NS else _FOREVER_NS, 10**9)
     return f"  {name}:", f"    sec: {whole}", f"    nsec: {rest}"

@@ -1,4 +1,4 @@
-"""Properties of the platform that a run depends on: versions, processor, OpenGL driver."""
+"""Properties of the platform that affect a run: versions, processor, OpenGL driver."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _OF_CAMERAS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 
 
 def describe(scene: LoadedScene, session: SessionCore) -> dict[str, str]:
-    """Return the properties of this platform that a session depends on.
+    """Return the properties of this platform that affect a session.
 
     Args:
         scene: scene of the session.
@@ -37,7 +37,7 @@ def describe(scene: LoadedScene, session: SessionCore) -> dict[str, str]:
 
 
 def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
-    """Return one line for each property that differs between two runs; both runs must have the property."""
+    """Return one line for each property that two runs have with different values."""
     return [
         f"{name}: {here[name]}, recorded with {value}"
         for name, value in recorded.items()

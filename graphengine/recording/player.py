@@ -1,4 +1,4 @@
-"""Plays a recording: replays it once with checkpoints, and seeks to any tick that has been replayed."""
+"""Plays a recording: replays the ticks once and makes checkpoints, and seeks to any replayed tick."""
 
 from __future__ import annotations
 
@@ -20,21 +20,18 @@ SPACING = 2.5
 MAX_CHECKPOINTS = 1000
 """Maximum number of checkpoints.
 
-If there are more, every second checkpoint is dropped and the spacing doubles: to 5 s after 42 minutes, to 20 s after 3 hours.
+Beyond this number, every second checkpoint is dropped and the spacing doubles: to 5 s after 42 minutes, to 20 s after 3 hours.
 """
 STRIDE = 20
 """Longest distance, in ticks, for which a seek runs ticks instead of restoring a checkpoint.
 
-It is also the spacing of temporary checkpoints during a seek. The last of these is kept, so that single steps back are fast.
+A seek also makes temporary checkpoints at this distance, and keeps the last of them, so that single steps back are fast.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """A checkpoint after a tick.
-
-    It contains the session, the checkpoints that recorded commands have made so far, and the names of exchanged files.
-    """
+    """A checkpoint after a tick: the session, the checkpoints of recorded commands until then, and the exchanged files."""
 
     tick: int
     session: SavedSession
@@ -45,7 +42,7 @@ class _Kept:
 class RecordingPlayer:
     """Replays a recording in a session, and can restore the state after each replayed tick.
 
-    Ticks are numbered as in the recording: a reset sets the simulation time to 0, but the numbers continue. Not thread-safe.
+    Ticks have the numbers of the recording, which continue after a reset of the simulation time. Not thread-safe.
 
     Args:
         session: session of the recorded scene, before its first tick.
@@ -71,12 +68,12 @@ class RecordingPlayer:
         self.marks = marks
         self.replay = Replay(session, network, recording, warn=warn)
         self.length = recording.length()
-        """Number of ticks of the recording, including a failed one. If the replay ended earlier, the number of replayed ticks."""
+        """Number of ticks of the recording, including a failed tick; after the end of the replay, number of replayed ticks."""
         self._verdicts = recording.verdicts()
         self.built = 0
         """Number of ticks that have been replayed and compared."""
         self.position = 0
-        """Number of the shown tick: the web page shows the state after this tick."""
+        """Number of the shown tick; the web page shows the state after this tick."""
         self.complete = False
         """Whether the replay has ended."""
         self.difference: Difference | None = None
@@ -87,17 +84,17 @@ class RecordingPlayer:
         self._inputs = TickInputs()
         self._spacing = max(round(SPACING / session.clock.delta), 1)
         self._at: int | None = 0
-        """Number of the last tick that the session has run; None if the session stopped within a tick."""
+        """Number of the last tick that the session has run; None if the session is in the middle of a tick."""
         self._head = self._shown = self._visited = self._keep(0)
-        """Checkpoints: `_head` after the last replayed tick, `_shown` at or shortly before the shown tick, `_visited` after the
+        """Checkpoints: `_head` is after the last replayed tick, `_shown` at or shortly before the shown tick, `_visited` after the
         last tick of `visit`."""
         self._checkpoints = [self._head]
 
     def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:
-        """Continue the replay: run and compare the next ticks, and make checkpoints. `position` does not change.
+        """Continue the replay: run and compare the next ticks, and make checkpoints, without a change of `position`.
 
         Args:
-            seconds: wall time after which no new tick begins, s; the seek to the last replayed tick is not included.
+            seconds: wall time after which no new tick begins, s, without the time of the seek to the last replayed tick.
             interrupted: called after each tick; the result True makes `build` return.
         """
         if self.complete:
@@ -112,11 +109,11 @@ class RecordingPlayer:
                 break
 
     def show(self, tick: int, seconds: float = math.inf) -> None:
-        """Seek to the state after a replayed tick, or to that of an earlier tick if the wall time `seconds` is over before.
+        """Seek to the state after a replayed tick.
 
         Args:
             tick: number of the tick; 0 is the start.
-            seconds: wall time after which no new tick begins, s.
+            seconds: wall time after which the seek ends, s, possibly at an earlier tick.
         """
         self._go(min(max(tick, 0), self.built), time.monotonic() + seconds)
         assert self._at is not None
@@ -198,7 +195,8 @@ class RecordingPlayer:
         self._at = self.built = tick.number
         self.length = max(self.length, self.built)
         touching = self.session.services.world.entities.touching()
-        self.marks.add_contacts({name: contact.other for name, contact in touching.items()}, self._robots)
+        robots = self.session.services.stage.robots
+        self.marks.add_contacts({name: contact.other for name, contact in touching.items()}, robots)
         for text in self._verdicts.get(tick.number, ()):
             self.marks.add("verdict", text)
         if error is not None:
@@ -207,11 +205,8 @@ class RecordingPlayer:
             self._add_checkpoint()
         self.marks.tick = 0
 
-    def _robots(self) -> list[str]:
-        return [*self.session.services.stage.robots()]
-
     def _replay_end(self, tick: Tick) -> None:
-        """Replay the end of the session and compare the messages sent there. The last tick before the end stays the shown one."""
+        """Replay the end of the session, and compare the messages that it sends; the last tick before the end stays shown."""
         self._head = self._keep(self.built)
         self._run(tick)
         self._at = None

@@ -28,7 +28,7 @@ MAX_INPUTS = 64_000_000
 MAX_SILENCE = 10_000_000
 """Maximum number of successive ticks without a message.
 
-Without this limit, the replay of a damaged file with a wrong time stamp could take years.
+Without this limit, the replay of a file with one wrong time stamp could take years.
 """
 MAX_DIGITS = 18
 """Maximum number of digits in the number of ticks that a file states."""
@@ -40,13 +40,13 @@ class Tick:
 
     Attributes:
         number: number of the tick, from 1.
-        readers: names of the nodes that received each message, in the order of `delivered`; known when the tick begins.
+        readers: names of the receiving nodes for each message of `delivered`; known before the messages are read.
         delivered: received messages, each with its stream and the names of the receiving nodes. In the file, the received
-            messages of a tick precede the sent ones.
+            messages of a tick precede the sent messages.
         sent: published messages in order.
         commands: name and arguments of the commands executed before the tick.
-        wall_time: wall clock time (s since 1970) that nodes read; None if no node read it.
-        whole: whether the tick is complete; false for a tick that failed, and for the end of the session after the last tick.
+        wall_time: wall clock time (s since 1970) that nodes read; None if no node read the wall clock.
+        whole: whether the tick is complete; False for a failed tick, and for the end of the session after the last tick.
     """
 
     number: int
@@ -73,15 +73,15 @@ class Recording:
         self.path = path
         self.workspace = workspace
         self.cut_off = True
-        """Whether the run was killed before it could close the recording; valid after all ticks are read."""
+        """Whether the recording was not closed, because the run was killed; valid after all ticks are read."""
         self.failure = ""
-        """Error that ended the run in its last tick, or empty; valid after all ticks are read."""
+        """Error that ended the run in its last tick; empty without an error. Valid after all ticks are read."""
         self._ended = 0
         self._hashes: dict[str, str] = {}
         self._types: dict[int, str] = {}
         self._streams: dict[int, Stream | None] = {}
         self._first = self._at = self._size = 0
-        """Offset of the first message, current offset, and size of the file, bytes."""
+        """`_first`: offset of the first message; `_at`: current offset; `_size`: size of the file, bytes."""
         self._records = read_records(path, self._move)
         manifest: Manifest | None = None
         begun = False
@@ -114,7 +114,7 @@ class Recording:
     def ticks(self) -> Iterator[Tick]:
         """Yield all ticks of the run in order, including ticks without messages.
 
-        The end of the run follows as another tick, unless the recording was cut off.
+        Unless the recording was cut off, a last tick has the end of the run.
 
         Raises:
             RecordingError: the file is damaged.
@@ -145,22 +145,22 @@ class Recording:
             yield tick
 
     def length(self) -> int:
-        """Return the number of ticks, including a failed one, without reading the ticks.
+        """Return the number of ticks, including a failed tick, without reading the ticks.
 
         Raises:
             RecordingError: the file cannot be read.
         """
         last, end = read_extent(self.path)
-        told = end.metadata if end is not None and end.name == mcap_schema.END else {}
+        told = end.metadata if end.name == mcap_schema.END else {}
         text = told.get("ticks", "")
         if text.isdecimal() and len(text) <= MAX_DIGITS:
             return int(text) + bool(told.get("failure"))
         return self.times.tick(last)
 
     def verdicts(self) -> Mapping[int, list[str]]:
-        """Return the verdicts on the run by number of the tick; an empty result if the file has none or is damaged there."""
+        """Return the verdicts on the run by tick number; empty if the file has no verdicts or is damaged there."""
         _, end = read_extent(self.path)
-        told = end.metadata.get("verdicts", "") if end is not None and end.name == mcap_schema.END else ""
+        told = end.metadata.get("verdicts", "") if end.name == mcap_schema.END else ""
         found: dict[int, list[str]] = {}
         with suppress(ValueError, TypeError, RecordingError):
             for tick, text in bounded_json.parse(told) if told else ():
@@ -168,7 +168,7 @@ class Recording:
         return found
 
     def _take(self, record: McapRecord) -> None:
-        """Process a schema, channel, metadata or attachment record; other records are ignored."""
+        """Process a schema, channel, metadata or attachment record; ignore all other records."""
         if isinstance(record, Schema):
             self._types[record.id] = record.name
         elif isinstance(record, Channel):

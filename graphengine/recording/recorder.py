@@ -17,18 +17,19 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.recording import mcap_schema
 from graphengine.recording.manifest import describe_run
-from graphengine.recording.mcap_schema import Stream, TickTimes
+from graphengine.recording.mcap_schema import PortStream, Stream, TickTimes
 from graphengine.recording.seen_messages import SeenMessages
-from graphengine.recording.sources import RELOADED, SourceNames, media_type, sources
+from graphengine.recording.sources import RELOADED, SourceNames, media_type, read_again, sources
 from graphengine.recording.writer import RecordingWriter, TimedMessage
 from graphengine.ros.network import LiveNetwork
 from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.port_values import PortValues, WatchedPort
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
 CHUNK_BYTES = 4_000_000
 CHUNK_SECONDS = 1.0
-"""Maximum simulation time in a chunk, s; a crash loses at most this much of the recording."""
+"""Maximum simulation time in a chunk, s; a crash loses at most the last chunk."""
 
 
 class Recorder(ExternalInputs):
@@ -42,6 +43,7 @@ class Recorder(ExternalInputs):
         force: whether to overwrite an existing file.
         keep_going: whether the session continues when a node raises an exception.
         modules: additional Python modules with node types.
+        ports: ports whose values are recorded; None for no ports.
 
     Raises:
         RecordingError: the file cannot be written.
@@ -60,6 +62,7 @@ class Recorder(ExternalInputs):
         force: bool = False,
         keep_going: bool = False,
         modules: Sequence[str] = (),
+        ports: PortValues | None = None,
     ) -> None:
         if session.ticks:
             raise UsageError("start the recording before the first tick of the session")
@@ -70,27 +73,29 @@ class Recorder(ExternalInputs):
         self._scene = scene.world.scenery.scene.document.path.absolute() if scene.world is not None else None
         self._definitions = scene.definitions
         self.verdicts: list[tuple[int, str]] = []
-        """Number of the tick and text of each verdict on the run; the verdicts are not part of the run's output."""
+        """Tick number and text of each verdict on the run; verdicts are not output of the run."""
         self._tick = self._ended = 0
         self._wall_time = 0.0
         self._commands: list[tuple[str, Any]] = []
         self._arrived: list[tuple[EndpointClaim, Sequence[bytes]]] = []
         self._sent: list[tuple[EndpointClaim, int, bytes]] = []
         self._streams: dict[object, Stream] = {}
+        self._ports = ports
+        self._port_streams: dict[WatchedPort, PortStream] = {}
         self._network = network
         self._sightings: defaultdict[object, SeenMessages] = defaultdict(SeenMessages)
         self._entries: list[TimedMessage] = []
         self._bytes = 0
         self._chunk_ticks = max(round(CHUNK_SECONDS / session.clock.delta), 1)
         self._digests: dict[str, str] = {}
-        """Digests of the last attached version of each file, by name."""
+        """Digest of the last attached version of each file, by the file's name."""
         self._read: dict[str, bytes] = {}
-        """Contents that the current reload has read, by file name."""
+        """Content of each file that the current reload has read, by the file's name."""
         self._places: dict[str, Path] = {}
-        """Paths of the attached files, by name."""
+        """Path of each attached file, by the file's name."""
         self._reloads = 0
         self._exchanged: dict[str, str | None] = {}
-        """For each reloaded file, the name of the attachment with its newest version; None for a deleted file."""
+        """Name of the attachment with the newest version of each reloaded file; None for a deleted file."""
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
             manifest = describe_run(scene, session, self._names, keep_going, modules)
@@ -104,11 +109,11 @@ class Recorder(ExternalInputs):
 
     @property
     def recorded_bytes(self) -> int:
-        """Number of bytes written to the file; buffered data is not included."""
+        """Size of the file without buffered data, bytes."""
         return self._writer.size
 
     def mark(self, text: str) -> None:
-        """Add a verdict on the run at the current tick, which the page shows as a mark."""
+        """Add a verdict on the run at the current tick; the web page shows the verdict as a mark."""
         self.verdicts.append((max(self._tick, 1), text))
 
     def begin_tick(self) -> float:
@@ -126,7 +131,7 @@ class Recorder(ExternalInputs):
         self._sent.append((claim, self._session.clock.frame, data))
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Record a command that the session executed since the last tick.
+        """Record a command that the session has executed since the last tick.
 
         Raises:
             RecordingError: a file that the command read cannot be read again.
@@ -141,9 +146,9 @@ class Recorder(ExternalInputs):
         self._attach()
 
     def reading(self, files: Files) -> None:
-        """Store the contents of the files that a reload has read.
+        """Store the content of each file that a reload has read.
 
-        If a file no longer exists, nothing is stored: the reload will read its files again.
+        If a file no longer exists, nothing is stored, because the reload will read the files again.
         """
         places = {self._names.name(path): path for path in files.used}
         with contextlib.suppress(OSError):
@@ -151,7 +156,7 @@ class Recorder(ExternalInputs):
             self._places |= places
 
     def _attach_exchanged(self) -> bool:
-        """Attach the files that changed since they were last attached. Return whether any file was changed or deleted."""
+        """Attach the reloaded files that differ from their attached versions; return whether any file was changed or deleted."""
         self._reloads += 1
         digests = {name: _digest(data) for name, data in self._read.items()}
         changed = {name: data for name, data in self._read.items() if self._digests.get(name) != digests[name]}
@@ -167,7 +172,7 @@ class Recorder(ExternalInputs):
         return bool(changed or gone)
 
     def _reference(self, use: str) -> str:
-        """Return the path of a robot file relative to the scene file; it is valid wherever the recording is extracted."""
+        """Return the path of a robot file relative to the scene file, as in every folder with the extracted recording."""
         if not os.path.isabs(use):
             return use
         assert self._scene is not None  # a robot requires a scene
@@ -188,7 +193,7 @@ class Recorder(ExternalInputs):
         """End the session, and write the remaining data, including the inputs of an unfinished tick.
 
         Args:
-            error: exception that ended the run. If it is a RecordingError, nothing more is written.
+            error: exception that ended the run. After a RecordingError, nothing more is written.
 
         Raises:
             RecordingError: the data cannot be written.
@@ -226,7 +231,7 @@ class Recorder(ExternalInputs):
     def _take_down(self) -> None:
         now = self._times.nanoseconds(self._tick)
 
-        def add(stream: Stream, published: int, data: bytes) -> None:
+        def add(stream: Stream | PortStream, published: int, data: bytes) -> None:
             self._entries.append(TimedMessage(stream, now, published, data))
             self._bytes += len(data)
 
@@ -244,9 +249,16 @@ class Recorder(ExternalInputs):
             add(self._stream(claim), self._times.nanoseconds(frame), data)
         self._arrived.clear()
         self._sent.clear()
+        for port, data in self._ports.changes() if self._ports is not None and self._tick > self._ended else ():
+            add(self._port_stream(port), now, data)
+
+    def _port_stream(self, port: WatchedPort) -> PortStream:
+        if port not in self._port_streams:
+            self._port_streams[port] = PortStream(port.channel, port.message_type, port.unit, port.doc)
+        return self._port_streams[port]
 
     def _outside(self, delivered: Sequence[tuple[Sequence[EndpointClaim], bytes]]) -> dict[str, Any]:
-        """Return the external inputs of the tick, with the wall clock time only if a node has read it."""
+        """Return the external inputs of the tick; the wall clock time is an input only if a node has read it."""
         outside: dict[str, Any] = {}
         if self._commands:
             outside["commands"] = list(self._commands)
@@ -264,12 +276,12 @@ class Recorder(ExternalInputs):
         return self._streams[key]
 
     def _offered(self, claim: EndpointClaim) -> QoS:
-        """Return the QoS profile for a topic's channel: that of the run's publisher, or that of `claim` if there is none."""
+        """Return the QoS profile for a topic's channel: the profile of the run's publisher, else of `claim`."""
         publishing = (one for one in self._session.services.claims if one.direction == "publish")
         return next((one.qos for one in publishing if self._topic(one) == self._topic(claim)), claim.qos)
 
     def _topic(self, claim: EndpointClaim) -> object:
-        """Return a key that identifies a topic: name, message type and transport; each ROS domain has its own transport."""
+        """Return name, message type and transport of a topic, which identify it; each ROS domain has another transport."""
         return claim.topic, claim.message_type, self._network.transport(claim.ros_context)
 
     def _write_chunk(self) -> None:
@@ -282,12 +294,7 @@ class Recorder(ExternalInputs):
         used = sources(self._files, self._definitions, self._names)
         fresh = {name: path for name, path in used.items() if name not in self._digests}
         if fresh:
-            try:
-                contents = {name: self._files.content(path) for name, path in fresh.items()}
-            except OSError as error:
-                raise RecordingError(
-                    f"{error.filename}: cannot be read again for the recording: {error.strerror}"
-                ) from None
+            contents = read_again(self._files, fresh)
             self._places |= fresh
             self._digests |= {name: _digest(data) for name, data in contents.items()}
             self._write_attachments(contents)
@@ -304,7 +311,7 @@ def _digest(data: bytes) -> str:
 
 
 def merged(arrived: Sequence[tuple[EndpointClaim, Sequence[bytes]]]) -> list[tuple[list[EndpointClaim], bytes]]:
-    """Return received messages in order, each with its subscriptions; a message for several subscriptions occurs once."""
+    """Return the received messages in order, each once with all its subscriptions."""
     queues = [(claim, deque(messages)) for claim, messages in arrived]
     found: list[tuple[list[EndpointClaim], bytes]] = []
     while queues:

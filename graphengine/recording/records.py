@@ -1,4 +1,4 @@
-"""Reads the records of an MCAP file in order, within bounds; the file may be damaged, truncated or untrusted."""
+"""Reads the records of an MCAP file in order, within limits; the file may be damaged, truncated or untrusted."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ _TIMES = struct.Struct("<QQ")
 
 
 class _OtherCompressionError(Exception):
-    """A chunk uses a compression that recordings do not use; the argument is its name."""
+    """A chunk has a compression that recordings do not use; the argument is the name of the compression."""
 
 
 def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size: None) -> Iterator[McapRecord]:
-    """Yield all records before the index, including records in chunks. If the file is truncated, stop at its end.
+    """Yield all records before the index, including records in chunks, up to the end of a truncated file.
 
     Args:
         path: path of the file.
-        moved: called after each read with the number of bytes read so far and the size of the file.
+        moved: called after each read with the number of bytes read until then and the size of the file.
 
     Raises:
         RecordingError: the file cannot be read, is not an MCAP file, or is damaged.
@@ -51,8 +51,10 @@ def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size
         raise RecordingError(f"{path}: cannot be read: {error.strerror}") from None
 
 
-def read_extent(path: Path) -> tuple[int, Metadata | None]:
+def read_extent(path: Path) -> tuple[int, Metadata]:
     """Return the last log time (ns) and the last metadata of a recording without unpacking chunks.
+
+    The metadata has an empty name and no values if the file has none or is damaged there.
 
     Raises:
         RecordingError: the file cannot be read.
@@ -77,7 +79,7 @@ def read_extent(path: Path) -> tuple[int, Metadata | None]:
     try:
         return last, Metadata.read(ReadDataStream(BytesIO(metadata)))
     except (EndOfFile, struct.error, ValueError):
-        return last, None
+        return last, Metadata(name="", metadata={})
 
 
 def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> Iterator[McapRecord]:
@@ -106,7 +108,7 @@ def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> I
 
 
 def _inside(chunk: Chunk) -> Iterator[McapRecord]:
-    """Yield the records of a chunk one by one, because even a small chunk can contain very many records.
+    """Yield the records of a chunk one by one: even a small chunk can contain very many records.
 
     Raises:
         ValueError: a record is truncated, the checksum is wrong, or `_record` or `_unpacked` raises the error.
@@ -142,7 +144,7 @@ def _record(stream: ReadDataStream) -> McapRecord:
 
 
 def _unpacked(chunk: Chunk) -> Chunk:
-    """Return the chunk in uncompressed form, after checking its size.
+    """Return the chunk in uncompressed form after a check of its size.
 
     Raises:
         ValueError: the size differs from the declared size, or is too large.
@@ -162,7 +164,7 @@ def _unpacked(chunk: Chunk) -> Chunk:
 
 
 class _Bounded:
-    """A file whose `read` never requests more bytes than the file size, even if a record declares a larger length."""
+    """A file whose `read` requests at most as many bytes as the file has, even if a record declares a larger length."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file

@@ -1,4 +1,4 @@
-"""Replays a recording: delivers the inputs of each tick, and compares the outputs byte by byte, in the order of sending."""
+"""Replays a recording: delivers the recorded inputs of each tick, and compares the sent messages byte by byte, in order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.session_core import SessionCore
 
 MAX_FIELDS = 8
-"""Maximum number of reported fields in which a message differs from the recorded message."""
+"""Maximum number of reported fields that differ between a message and the recorded message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +33,10 @@ class Difference:
     Attributes:
         tick: number of the tick, from 1.
         time: time of the tick, s.
-        topic: topic of the message that differs, is missing or is additional; empty if the runs ended differently.
-        node: prim path of the publishing node; empty if there is none.
+        topic: topic of the message that differs, is missing or is additional; empty if the ends of the runs differ.
+        node: prim path of the publishing node; empty if no node publishes the message.
         lines: description of the difference.
-        at_end: whether the message was sent at the end of the session, after the last tick.
+        at_end: whether the session sent the message at its end, after the last tick.
     """
 
     tick: int
@@ -52,7 +52,7 @@ class Difference:
 
 
 class SilentTransport(MemoryTransport):
-    """A transport without peers: nodes receive recorded messages only; messages that they send are discarded.
+    """A transport without peers: nodes receive only recorded messages, and the messages of nodes are discarded.
 
     Args:
         identity: identity of the recorded session on its network.
@@ -67,7 +67,7 @@ class SilentTransport(MemoryTransport):
         """Discard the message."""
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: Callable[[int, bytes], None]) -> SilentClient:
-        """Return a service client that receives its responses from the recording only."""
+        """Return a service client that receives only recorded responses."""
         return SilentClient(self._services, service, service_type, settled(qos), deliver, self.new_gid())
 
 
@@ -76,7 +76,7 @@ class SilentClient(MemoryClient):
 
     @property
     def ready(self) -> bool:
-        """Always true, because no server is needed."""
+        """True: the client needs no server."""
         return True
 
     def call(self, request: bytes) -> int:
@@ -126,14 +126,14 @@ class Replay(ExternalInputs):
         return self._wall_time
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Do nothing; received messages come from the recording and need no comparison."""
+        """Do nothing: received messages come from the recording, and need no comparison."""
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
         """Store a sent message for the comparison with the recording."""
         self._sent.append((claim, data))
 
     def run(self) -> Difference | None:
-        """Replay all ticks up to the first difference. Return this difference, or None if the runs are equal.
+        """Replay all ticks up to the first difference; return this difference, or None if the runs are equal.
 
         Raises:
             RecordingError: the recording is damaged.
@@ -145,7 +145,7 @@ class Replay(ExternalInputs):
         return None
 
     def repeat(self, tick: Tick) -> GraphError | None:
-        """Deliver the inputs of a tick, then run the tick or the end of the session. Return the error that ended it, or None.
+        """Deliver the inputs of a tick, then run the tick or the end of the session; return an error that ended the run, or None.
 
         Raises:
             GraphError: a command of the tick cannot be carried out.
@@ -170,7 +170,7 @@ class Replay(ExternalInputs):
         return None
 
     def compare(self, tick: Tick, error: GraphError | None) -> Difference | None:
-        """Compare the last executed tick with the recording. Return the first difference, or None if there is none.
+        """Compare the last executed tick with the recorded tick; return the first difference, or None if the ticks are equal.
 
         Args:
             tick: the recorded tick.
@@ -183,7 +183,7 @@ class Replay(ExternalInputs):
         return found
 
     def _bring(self, stream: Stream, nodes: Sequence[str], data: bytes) -> None:
-        """Deliver a message to its recorded receivers; if none of these subscribes now, to all subscribers of its topic."""
+        """Deliver a message to its recorded receivers; if none of them subscribes now, to all subscribers of the topic."""
         reading = [one for one in self.network.hearing if _takes(one.claim, stream)]
         meant = [end for end in reading if end.claim.node in nodes] or reading
         for end in meant:
@@ -223,7 +223,7 @@ class Replay(ExternalInputs):
     def _astray(
         self, tick: Tick, recorded: Sequence[tuple[Stream, bytes]], replayed: Sequence[tuple[EndpointClaim, bytes]]
     ) -> Difference:
-        """Return how two sequences with different first topics differ: by a missing or additional message, or by the order."""
+        """Return the difference of two sequences with different first topics: a missing or additional message, or the order."""
         before = Counter(stream.topic for stream, _ in recorded)
         now = Counter(claim.topic for claim, _ in replayed)
         if replayed and now[replayed[0][0].topic] > before[replayed[0][0].topic]:
@@ -247,7 +247,7 @@ class Replay(ExternalInputs):
         return self._difference(tick, "", "", lines)
 
     def _alike(self, replayed: str, recorded: str) -> bool:
-        """Return whether two failures are equal. For recordings without `bad_values`, only names of nodes are compared."""
+        """Return whether two failures are equal; for a recording without `bad_values`, whether they name the same node."""
         if "bad_values" in self.recording.manifest.model_fields_set:
             return replayed == recorded
         return node_of(replayed) == node_of(recorded)
@@ -263,7 +263,7 @@ def _takes(claim: EndpointClaim, stream: Stream) -> bool:
 
 
 def _exchanged(arguments: Any) -> Mapping[str, str | None]:
-    """Return the files that a recorded reload replaced: for each old file, the name of the new one, or None if it was deleted.
+    """Return the files that a recorded reload replaced, as a dict from old to new names; None stands for a deleted file.
 
     Raises:
         RecordingError: the arguments are invalid.

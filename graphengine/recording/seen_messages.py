@@ -1,7 +1,7 @@
 """Finds received messages that a recording already contains: published by the run, or received by another node.
 
-A bag contains each message of a topic once. Therefore, received messages are compared by their bytes with the last messages of
-the topic, and counted: if a node receives three equal messages and the recording contains two, the third one came from outside.
+A bag contains each message of a topic once. So the bytes of each received message are compared with the last messages of the
+topic, and counted: if a node receives three equal messages and the recording contains two, the third message is new.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Sequence
 
 REMEMBERED = 1000
-"""Number of messages per topic that are remembered; a received message that equals only older ones counts as new."""
+"""Number of remembered messages per topic; a received message that equals only older messages counts as new."""
 
 
 class SeenMessages:
-    """Remembers the last messages of one topic, and counts how often each node has received each of them."""
+    """Remembers the last messages of one topic, and counts how often each node has received each message."""
 
     def __init__(self) -> None:
         self._order: deque[bytes] = deque()
@@ -27,7 +27,7 @@ class SeenMessages:
         self._add(_digest(data))
 
     def see(self, nodes: Sequence[str], data: bytes) -> bool:
-        """Add a message that nodes received. Return whether the recording already contains it."""
+        """Add a message that nodes received; return whether the recording already contains the message."""
         digest = _digest(data)
         for node in nodes:
             self._seen[node][digest] += 1

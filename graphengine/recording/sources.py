@@ -1,8 +1,8 @@
 """The files of a run under machine-independent names, and their extraction to another folder.
 
-Names that begin with `shipped/` are files of this package, names with `installed/` are files of ROS packages in sourced
-workspaces, and names with `messages/` are definitions of message types. All other files have names with `project/`, relative to
-their common parent folder, so that references between files stay valid. `reloaded/N/` contains the changed files of reload N.
+Names with `shipped/` are files of this package, names with `installed/` are files of ROS packages in sourced workspaces, and
+names with `messages/` are definitions of message types. All other files have names with `project/`, relative to their common
+parent folder, so that references between files stay valid. `reloaded/N/` contains the changed files of reload N.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class SourceNames:
         self._common = Path(os.path.commonpath(own)) if own else None
 
     def name(self, path: Path) -> str:
-        """Return the name of a file from its absolute path. Outside all known folders, it is `project/` and the file name."""
+        """Return the name of the file with this absolute path; outside all known folders, `project/` and the file name."""
         return self._name(path).encode("utf-8", "replace").decode()  # replaces bytes that are not UTF-8
 
     def _name(self, path: Path) -> str:
@@ -65,13 +65,25 @@ class SourceNames:
 
 
 def sources(files: Files, definitions: Definitions, names: SourceNames) -> dict[str, Path]:
-    """Return the path of each file that a run reads, by its name; the files include message definitions."""
+    """Return a dict from names to paths of all files that a run reads, also message definitions."""
     used = {names.name(path): path for path in files.used}
     return used | {f"{MESSAGES}/{name}{path.suffix}": path for name, path in definitions.files.items()}
 
 
+def read_again(files: Files, paths: Mapping[str, Path]) -> dict[str, bytes]:
+    """Return the content of each file by its name; `paths` is a dict from names to paths.
+
+    Raises:
+        RecordingError: a file cannot be read.
+    """
+    try:
+        return {name: files.content(path) for name, path in paths.items()}
+    except OSError as error:
+        raise RecordingError(f"{error.filename}: cannot be read again: {error.strerror}") from None
+
+
 def media_type(name: str) -> str:
-    """Return the media type of a file by the suffix of its name."""
+    """Return the media type for a file name, from the suffix."""
     return _MEDIA_TYPES.get(PurePosixPath(name).suffix.lower(), "application/octet-stream")
 
 
@@ -86,21 +98,17 @@ class Workspace:
         self.folder = folder.resolve()
         self._bytes = self._files = 0
         self._originals: dict[str, Path | None] = {}
-        """For each exchanged file, the copy of its original version; None if the file did not exist originally."""
+        """Path of the copy of each exchanged file's original version; None if the file did not exist originally."""
         self._copied: dict[Path, int] = {}
-        """Sizes of the copies, bytes."""
+        """Size of each copy, bytes."""
         self._copied_bytes = 0
         self.exchanged: Mapping[str, str | None] = {}
         """The argument of the last call of `exchange`."""
         for place in PLACES:
-            self.place(place).mkdir()
-
-    def place(self, name: str) -> Path:
-        """Return the path of one of the folders in `PLACES`."""
-        return self.folder / name
+            Path(self.folder, place).mkdir()
 
     def options(self, options: Options, scene: str = "") -> Options:
-        """Return load options for the files of the recording, which permit reading files only in this folder.
+        """Return load options for the files of the recording; the options permit reading files only in this folder.
 
         Args:
             options: all other options.
@@ -108,20 +116,20 @@ class Workspace:
         """
         return replace(
             options,
-            allowed=[self.place(PROJECT)],
-            installed=[self.place(INSTALLED)],
-            shipped=self.place(SHIPPED),
-            message_paths=[self.place(MESSAGES)],
+            allowed=[self.folder / PROJECT],
+            installed=[self.folder / INSTALLED],
+            shipped=self.folder / SHIPPED,
+            message_paths=[self.folder / MESSAGES],
             scene=self.path(scene) if scene else None,
             near=None,
             recorded=True,
         )
 
     def path(self, name: str) -> Path:
-        """Return the path of a recorded file in the workspace, by its name; the file need not exist.
+        """Return the path of the recorded file with this name in the workspace; the file need not exist.
 
         Raises:
-            RecordingError: the name is not one that recorders write.
+            RecordingError: no recorder writes such a name.
         """
         parts = PurePosixPath(name).parts
         known = 1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts
@@ -130,10 +138,10 @@ class Workspace:
         return self.folder.joinpath(*parts)
 
     def exchange(self, files: Mapping[str, str | None]) -> None:
-        """Replace files by the versions that a reload read. All other files get their original versions again.
+        """Replace files with the versions that a reload read; all other files get their original versions again.
 
         Args:
-            files: for each file to replace, the name of its new version; None deletes the file.
+            files: a dict from each file to replace to the name of its new version; None deletes the file.
 
         Raises:
             RecordingError: a name is not legal, a file is missing, or the copies are too many or too large.
@@ -159,7 +167,7 @@ class Workspace:
         self._copied_bytes -= self._copied.pop(path, 0)
 
     def _copy(self, source: Path, target: Path) -> bool:
-        """Copy a file. Return whether it exists. The copy has a new inode, so that a reload detects the change."""
+        """Copy a file to a new inode, so that a reload detects the change. Return whether `source` exists."""
         try:
             size = source.stat().st_size
             self._copied_bytes += size - self._copied.get(target, 0)
@@ -194,9 +202,8 @@ class Workspace:
     @staticmethod
     def _check_size(size: int, files: int) -> None:
         if size > MAX_BYTES or files > MAX_FILES:
-            raise RecordingError(
-                f"the recording has more than {MAX_FILES} files, or they are larger than {MAX_BYTES // 10**9} GB"
-            )
+            limit = f"more than {MAX_FILES} files, or they are larger than {MAX_BYTES // 10**9} GB"
+            raise RecordingError(f"the recording has {limit}")
 
 
 def _real(path: Path) -> Path:

@@ -1,7 +1,7 @@
 """Writes an MCAP file in whole chunks, in a separate thread.
 
 Building, compressing and writing a second of camera images can take longer than a tick. So the session's thread only queues the
-data, and waits only if a slow disk has left too much of it in the queue.
+data, and waits only if too much data is in the queue because of a slow disk.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mcap.writer import CompressionType, Writer
 from graphengine.format.errors import RecordingError
 from graphengine.format.version import __version__
 from graphengine.messages.definitions import Definitions
-from graphengine.recording.mcap_schema import ENCODING, LIBRARY, PROFILE, Stream
+from graphengine.recording.mcap_schema import ENCODING, LIBRARY, PROFILE, PortStream, Stream
 
 MAX_WAITING = 64_000_000
 """Maximum number of bytes in the queue of the writer thread."""
@@ -33,7 +33,7 @@ MAX_WAITING = 64_000_000
 class TimedMessage(NamedTuple):
     """A message with its log time and publish time in nanoseconds."""
 
-    stream: Stream
+    stream: Stream | PortStream
     log_time: int
     publish_time: int
     data: bytes
@@ -66,12 +66,13 @@ class RecordingWriter:
         # LZ4: Zstandard compresses at most 140 MB/s of noisy images, and one camera can produce more.
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
         self._schemas: dict[str, int] = {}
-        self._channels: dict[Stream, int] = {}
+        self._channels: dict[Stream | PortStream, int] = {}
         self._thread = ThreadPoolExecutor(1, "recording")
         self._waiting: deque[tuple[Future[None], int]] = deque()
         self._waiting_bytes = 0
         self._failed = False
-        self._waiting.append((self._thread.submit(self._do, self._begin), 0))
+        begin = partial(self._mcap.start, PROFILE, f"{LIBRARY} {__version__}")
+        self._waiting.append((self._thread.submit(self._do, begin), 0))
 
     @property
     def size(self) -> int:
@@ -79,22 +80,22 @@ class RecordingWriter:
         return os.fstat(self._raw.fileno()).st_size
 
     def note(self, name: str, values: Mapping[str, str]) -> None:
-        """Queue a metadata record for writing; its values are texts."""
+        """Queue a metadata record."""
         self._hand_over(partial(self._mcap.add_metadata, name, dict(values)))
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Queue an attachment for writing; `data` is the contents of a file."""
+        """Queue an attachment with the content of a file."""
         self._hand_over(partial(self._mcap.add_attachment, 0, 0, name, media_type, data), len(data))
 
     def add(self, entries: Sequence[TimedMessage]) -> None:
-        """Queue a chunk with the given messages for writing."""
+        """Queue a chunk of messages."""
         self._hand_over(partial(self._add, entries), sum(len(entry.data) for entry in entries))
 
     def close(self) -> None:
         """Write the remaining data and the index.
 
         Raises:
-            RecordingError: the data cannot be written; data written earlier stays in the file.
+            RecordingError: the data cannot be written; the file keeps the data that was written before.
         """
         try:
             self._hand_over(self._mcap.finish)
@@ -145,15 +146,12 @@ class RecordingWriter:
             self._failed = True
             raise
 
-    def _begin(self) -> None:
-        self._mcap.start(PROFILE, f"{LIBRARY} {__version__}")
-
     def _add(self, entries: Sequence[TimedMessage]) -> None:
         for entry in entries:
             channel = self._channels.get(entry.stream) or self._register(entry.stream)
             self._mcap.add_message(channel, entry.log_time, entry.data, entry.publish_time)
 
-    def _register(self, stream: Stream) -> int:
+    def _register(self, stream: Stream | PortStream) -> int:
         kind = stream.message_type
         if kind not in self._schemas:
             self._schemas[kind] = self._mcap.register_schema(kind, "ros2msg", self._definitions.text(kind).encode())
@@ -167,12 +165,12 @@ class RecordingWriter:
 
 
 def _opened(path: Path, force: bool) -> FileIO:
-    """Return a new or emptied file, locked against other recordings. Closing the file or ending the process unlocks it.
+    """Return a new or emptied file with a lock against other recordings, which ends when the file is closed.
 
-    Symbolic links are refused: in a folder of another user, a link could lead to any of the user's files.
+    Symbolic links are refused: in a folder of another user, a link could lead to any file of this user.
 
     Raises:
-        BlockingIOError: another recording is being written to the file.
+        BlockingIOError: another run is writing its recording to the file.
         OSError: the file cannot be written, or exists although `force` is false.
     """
     if path.is_symlink():
@@ -189,14 +187,13 @@ def _opened(path: Path, force: bool) -> FileIO:
 
 
 def _create(path: str, flags: int) -> int:
-    """Open or create a file, and return its descriptor. Symbolic links are refused; opening a pipe does not block."""
+    """Open or create a file and return its descriptor; symbolic links are refused, and opening a pipe does not block."""
     return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
 
 
 def _lock(file: FileIO) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise
-    except OSError:  # some file systems have no locks
-        pass
+    except OSError as error:
+        if isinstance(error, BlockingIOError):  # other errors: some file systems have no locks
+            raise

@@ -16,17 +16,17 @@ from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transport import Transport
 
 MAX_CALLS = 1000
-"""Maximum number of goals without a result; if there are more, the oldest goals get no further feedback."""
+"""Maximum number of goals without a result; beyond this number, the oldest goal gets no further feedback."""
 
 
 @dataclass(eq=False)
 class GoalCall:
-    """A sent goal. A thread of the transport completes its futures.
+    """A sent goal. A thread of the transport completes the futures `accepted` and `result`.
 
     Attributes:
         goal: UUID of the goal, 16 bytes.
         accepted: whether the server accepted the goal.
-        result: response of the action's GetResult service, with `status` and `result`; requested once the goal is accepted.
+        result: response of the action's GetResult service, with `status` and `result`; only for an accepted goal.
     """
 
     goal: bytes
@@ -60,7 +60,7 @@ class ActionCaller:
         self.action_type = action_type
         self._definitions = definitions
         self._calls: dict[bytes, GoalCall] = {}
-        """Calls that have no result yet, by UUID of the goal."""
+        """The call of each goal that has no result yet, by the goal's UUID."""
         named = parts(action, action_type)
         self._feedback_type = named["feedback"].message_type
         self._reader = transport.reader(*named["feedback"], FEEDBACK_READER_QOS, self._hear)
@@ -74,7 +74,7 @@ class ActionCaller:
         return all(service.ready for service in (self._send, self._cancel, self._get))
 
     def send(self, goal: Any, feedback: Callable[[Any], object] = lambda message: None) -> GoalCall:
-        """Send a goal and return at once; without a server, the goal is lost.
+        """Send a goal and return without waiting; if there is no server, the goal is lost.
 
         Args:
             goal: goal message of the action.

@@ -1,4 +1,4 @@
-"""Subscriptions for command line tools: a queue from the transport's thread to the thread that prints, and clocks."""
+"""Subscriptions of command line tools: a message queue between the transport's thread and the printing thread, and clocks."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class Arrival:
 
 
 class MessageQueue:
-    """A queue of received messages; when it is full, the oldest message is dropped and counted.
+    """A queue of received messages; a full queue drops and counts its oldest message.
 
     Args:
         depth: maximum number of messages.
-        clock: returns the time of arrival, ns.
+        clock: returns the current time, ns, as the time of arrival.
     """
 
     def __init__(self, depth: int, clock: Clock = time.time_ns) -> None:
@@ -56,7 +56,7 @@ class MessageQueue:
             self._arrived.notify()
 
     def take(self, timeout: float | None) -> Arrival | None:
-        """Remove and return the oldest message. Wait for one up to `timeout` s (None: forever), then return None."""
+        """Remove and return the oldest message; None if no message arrives within `timeout` s (None: wait forever)."""
         with self._arrived:
             self._arrived.wait_for(lambda: self._waiting, timeout)
             return self._waiting.popleft() if self._waiting else None

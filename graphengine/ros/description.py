@@ -8,6 +8,7 @@ from graphengine.messages import messages, names
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.cli_subscription import MessageQueue
+from graphengine.ros.network_graph import split_name
 from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transport import Transport, discover
 
@@ -17,11 +18,11 @@ _GET = "rcl_interfaces/srv/GetParameters"
 _TEXT = 4
 """Constant PARAMETER_STRING of rcl_interfaces/msg/ParameterType."""
 _WAITING = 100
-"""Capacity of the message queue; only its oldest message is used."""
+"""Capacity of the message queue, of which only the oldest message is used."""
 
 
 def from_topic(transport: Transport, topic: str, timeout: float) -> str:
-    """Return the text of the first message on a topic; robot_state_publisher latches it for late subscribers.
+    """Return the text of the first message on a topic, which robot_state_publisher latches for late subscribers.
 
     Args:
         transport: open transport on the domain of the system.
@@ -54,15 +55,15 @@ def from_node(transport: Transport, node: str, timeout: float) -> str:
     Args:
         transport: open transport on the domain of the node.
         node: full name, such as `/robot_state_publisher`.
-        timeout: longest wait for the service, and again for its response, s.
+        timeout: longest wait for the service, s, and longest wait for the response, s.
 
     Raises:
         TopicError: the node's name is not legal in ROS 2.
-        TransportError: there is no such node, it is unreachable, or it has no such parameter.
+        TransportError: the node does not exist, is unreachable, or does not have the parameter as a string.
     """
     node = f"/{node.removeprefix('/')}"
-    namespace, _, name = node.rpartition("/")
-    names.check_namespace(namespace or "/", given=node)
+    namespace, name = split_name(node)
+    names.check_namespace(namespace, given=node)
     names.check_node_name(name, given=node)
     service = f"{node}/get_parameters"
     caller = ServiceCaller(transport, service, _GET)
@@ -82,7 +83,7 @@ def from_node(transport: Transport, node: str, timeout: float) -> str:
 
 
 def _absent(transport: Transport, node: str, service: str, timeout: float) -> str:
-    """Return the error message for an unavailable service: a warning about incompatible peers, or a list of known nodes."""
+    """Return the error message for an unavailable service: the warning about incompatible peers, else a list of known nodes."""
     foreign = transport.foreign_services
     if service in foreign:
         return foreign[service]

@@ -1,4 +1,4 @@
-"""The ROS 2 domain and discovery range of a transport, which determine the peers that it can reach."""
+"""The ROS 2 domain and the discovery range of a transport; both determine which peers the transport can reach."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Domain:
     Args:
         id: domain id; participants with different ids do not discover each other.
         discovery_range: range of discovery; OFF finds no peers outside this process.
-        static_peers: additional hosts for discovery; ignored by OFF and SYSTEM_DEFAULT.
-        cyclone_uri: the user's Cyclone DDS configuration, which overrides the built-in one.
+        static_peers: additional hosts for discovery; without effect for OFF and SYSTEM_DEFAULT.
+        cyclone_uri: the user's Cyclone DDS configuration; overrides the built-in configuration.
 
     Raises:
         TransportError: the domain id is not legal.
@@ -46,8 +46,8 @@ class Domain:
     def from_environment(cls, environ: Mapping[str, str]) -> Domain:
         """Return the domain that ROS 2 programs with the given environment variables use.
 
-        ROS 2 replaces an unknown discovery range or a malformed ROS_LOCALHOST_ONLY by its default. Here both are errors: with
-        the default, a typo might hide the robot from other programs.
+        ROS 2 replaces an unknown discovery range or a malformed ROS_LOCALHOST_ONLY with the default value. Here both are
+        errors, because with the default value a typo might hide the robot from other programs.
 
         Raises:
             TransportError: a variable has an illegal value.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable
+from typing import Any
 
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim, Network, Sink
@@ -15,20 +16,27 @@ class HeldEndpoint:
     """An endpoint that stays open until every node that holds it has closed it."""
 
     opened_as: EndpointClaim
-    """Claim for which the endpoint was created; unlike `claim`, it keeps its type when a subscription switches to another."""
+    """Claim for which the endpoint was created; it does not change when a subscription switches its type, but `claim` does."""
     holders = 1
+    arrival = 0
+    """Number of the tick that delivered the newest messages; 0 before the first message."""
+    _network: EndpointHost
+    _end: Any
+    """The transport's writer, reader, server or client that carries the messages."""
 
-    def release(self) -> bool:
-        """Remove one holder of the endpoint; return whether it was the last one."""
+    def close(self) -> None:
+        """Release the endpoint; the last release closes it on the transport."""
         self.holders -= 1
-        return self.holders <= 0
+        if self.holders <= 0:
+            self._end.close()
+            self._network.leave(self)
 
 
 class EndpointHost(Network):
-    """What all endpoints of a session share.
+    """The part of a session's network that its endpoints use: message types, sinks, the outbox and counts of lost messages.
 
     Args:
-        complain: called with each warning about malformed messages or incompatible peers, once per warning.
+        complain: called once with each warning about malformed messages or incompatible peers.
         definitions: message types.
     """
 
@@ -39,9 +47,9 @@ class EndpointHost(Network):
         """Sinks that receive every message, such as a recorder; with a sink, every publisher is `wanted`."""
         self.taps: list[Sink] = []
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
-        """Messages of this tick, each with the function that sends it; `flush` sends them together at the end of the tick."""
+        """Messages of this tick, each with the function that sends it; `flush` sends all of them at the end of the tick."""
         self.quotas: dict[str, int] = {}
-        """Number of messages that each subscription takes in the next tick, by topic; topics that are missing have no limit."""
+        """For each topic in lockstep, the number of messages that a subscription takes in the next tick; others have no limit."""
         self.undecoded: Counter[str] = Counter()
         """Number of messages that endpoints could not decode, by topic or service name."""
 
@@ -51,4 +59,4 @@ class EndpointHost(Network):
 
     @abstractmethod
     def leave(self, end: HeldEndpoint) -> None:
-        """Remove a closed endpoint; the number of messages that it lost stays counted."""
+        """Remove a closed endpoint; the messages that the endpoint lost stay counted."""

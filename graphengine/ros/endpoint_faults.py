@@ -1,6 +1,6 @@
-"""Finds faults between the endpoints of a session and their peers, such as incompatible types or QoS and lost messages.
+"""Finds faults between a session's endpoints and their peers: incompatible types, incompatible QoS, lost messages.
 
-Without these reports, a user would only notice that messages do not arrive. Equal endpoints of a topic are compared once.
+Without these reports, a user notices only that messages do not arrive. Equal endpoints of a topic are compared once.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, S
 from typing import Any, Protocol, TypeAlias
 
 from graphengine.messages.definitions import Definitions
-from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.endpoints import EndpointClaim, QoS, Supply
 from graphengine.messages.qos import mismatch, policy_json, short_of
 from graphengine.ros.network_graph import PATIENCE, Direction, Endpoint, NetworkGraph, another_definition
 from graphengine.ros.transport import Transport
@@ -19,7 +19,7 @@ from graphengine.ros.transports.vendors import CYCLONE, FAST_DDS
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 MOST = 20
-"""Maximum number of faults to report per topic; if there are more, one last report says so."""
+"""Maximum number of faults to report per topic; a last report says that there are more."""
 ROOM = 0.85
 """Fraction of a receive buffer that one message may fill; the kernel needs the rest for its own data about each packet.
 
@@ -32,10 +32,13 @@ AMPLE = 4194304
 
 _OTHER: Mapping[str, Direction] = {"publish": "subscribe", "subscribe": "publish"}
 
+UNNAMED = "a program that is not a ROS node"
+"""Name of a peer without a node in reports."""
+
 Fault: TypeAlias = tuple[str, str]
 """Description of a fault, and its remedy; the remedy may be empty."""
 _Form: TypeAlias = tuple[str, QoS, str]
-"""Message type, QoS and type hash of a peer; they determine whether it matches."""
+"""Message type, QoS and type hash of a peer, which determine whether the peer matches."""
 
 
 class End(Protocol):
@@ -62,16 +65,16 @@ class Finder:
         self._reported: defaultdict[str, set[str]] = defaultdict(set)
         """Faults that `look` has already returned, by topic."""
         self._nameless: dict[bytes, float] = {}
-        """Time at which each peer whose node is unknown was first seen, s, by GID."""
+        """For each peer whose node is unknown, by GID: the time at which the peer was first seen, s."""
         self._unread: dict[str, float] = {}
-        """Time since which each topic has foreign publishers and no subscriber, s; infinite after `_strays` has reported it."""
+        """For each topic with foreign publishers and no subscriber: the time since then, s; infinite after a report."""
         self._mistyped: set[str] = set()
-        """Subscribed topics on which a peer's definition of the message type differs from the session's."""
+        """Subscribed topics on which a peer defines the message type in another way than the session."""
         self.published: Mapping[str, Set[str]] = {}
-        """Published types by topic, as of the last `look`; only topics of subscriptions with alternative types."""
+        """Published types of each topic that subscriptions with alternative types read, as of the last `look`."""
 
     def look(self, ends: Iterable[End], now: float) -> list[str]:
-        """Return the texts of new faults, in the order of the session's endpoints; each text is returned only once.
+        """Return the texts of new faults, in the order of the session's endpoints; no text is returned twice.
 
         Args:
             ends: publishers and subscriptions of the session.
@@ -94,7 +97,7 @@ class Finder:
         return [*found, *self._new("", self._dropped(), math.inf)]
 
     def _new(self, topic: str, faults: Iterable[Fault], most: float) -> Iterator[str]:
-        """Yield the texts of faults that were not reported yet; each topic gets at most `most` reports, and one last note."""
+        """Yield the texts of faults not reported before: up to `most` for each topic, then one note that there are more."""
         reported = self._reported[topic]
         for what, remedy in faults if len(reported) <= most else ():
             if what in reported:
@@ -116,10 +119,10 @@ class Finder:
     def _strays(
         self, ends: Iterable[End], reads: Iterable[EndpointClaim], graph: NetworkGraph, now: float
     ) -> Iterator[str]:
-        """Yield a text for each topic that another node publishes and no node reads, if the session reads a similar one.
+        """Yield a text for each topic that another node publishes and no node reads, if the session reads a similar topic.
 
-        The session's topic has the same last part and message type, such as /robot/cmd_vel for /cmd_vel, and no publisher. A
-        subscriber of the published topic gets `PATIENCE` s to appear. Each topic is reported once.
+        The similar topic has the same last part and message type, such as /robot/cmd_vel for /cmd_vel, and no publisher. A
+        published topic is reported once, if no subscriber appears within `PATIENCE` s.
         """
         node, own = self._transport.node, {end.claim.topic for end in ends}
         wanting: defaultdict[tuple[str, str], list[EndpointClaim]] = defaultdict(list)
@@ -139,7 +142,7 @@ class Finder:
         self._unread = unread
 
     def _dropped(self) -> Iterator[Fault]:
-        """Yield faults of services, then topics whose malformed messages no earlier fault explains."""
+        """Yield the faults of services, then of topics with malformed messages that no other fault explains."""
         foreign = self._transport.foreign_services
         yield from ((warning, "") for warning in foreign.values())
         if rivals := self._transport.rival_services:
@@ -148,21 +151,48 @@ class Finder:
             yield f"{topic}: a peer sends messages that do not fit the topic's type; they are dropped", ""
 
     def _is_known(self, peer: Endpoint, now: float) -> bool:
-        """Return whether a peer can be reported: its node is known, or has stayed unknown for `PATIENCE` s."""
+        """Return whether a peer can be reported: the peer's node is known, or was unknown for `PATIENCE` s."""
         return now - self._nameless.get(peer.gid, -PATIENCE) >= PATIENCE or not self._transport.node
 
     def _is_large(self, end: End) -> bool:
-        """Return whether messages of an endpoint may exceed a peer's receive buffer; False if the buffer size is unknown."""
+        """Return whether messages of an endpoint may be too large for a peer's receive buffer; False if its size is unknown."""
         return 0 < self._buffer * ROOM < end.largest
 
 
 def published_types(graph: NetworkGraph, topics: Iterable[str]) -> dict[str, set[str]]:
-    """Return the message types published on each of the given topics."""
+    """Return the published message types of each given topic."""
     return {topic: {peer.message_type for peer in graph.publishers(topic)} for topic in topics}
 
 
+def find_publishers(
+    claim: EndpointClaim, ends: Sequence[End], transport: Transport, definitions: Definitions
+) -> Supply:
+    """Return the publishers of a subscription's topic, why their messages do not arrive, and similar topics without readers.
+
+    Args:
+        claim: claim of the subscription.
+        ends: all endpoints of the session in the domain.
+        transport: transport of the domain.
+        definitions: message types of the session.
+    """
+    graph = transport.graph()
+    comparison = _Comparison(ends, graph, transport.node, definitions)
+    kinds = {claim.message_type, *claim.alternatives}
+    others = (peer for peer in graph.endpoints if peer.direction == "publish" and peer.topic != claim.topic)
+    strays = {
+        peer.topic: None
+        for peer in others
+        if _last_part(peer.topic) == _last_part(claim.topic) and peer.message_type in kinds
+        if not graph.subscribers(peer.topic)
+    }
+    unnamed = UNNAMED if transport.node else "this program"
+    names = dict.fromkeys(peer.full_node or unnamed for peer in graph.publishers(claim.topic))
+    misfits = ["\n  ".join(filter(None, fault)) for fault in comparison.misfits(claim)]
+    return Supply(tuple(names), misfits, tuple(strays))
+
+
 class _Comparison:
-    """Compares a session's endpoints with their peers, by topic and direction.
+    """Compares a session's endpoints with their peers.
 
     Args:
         ends: publishers and subscriptions of the session.
@@ -177,13 +207,13 @@ class _Comparison:
         self._definitions = definitions
         self._alike: dict[tuple[str, Direction], dict[tuple[str, _Form], Endpoint]] = {}
         self._unfit: dict[Any, list[Endpoint]] = {}
-        """Peers that do not match, by topic, direction, types and QoS of the session's endpoint."""
+        """The peers that do not match an endpoint; the key has topic, direction, types and QoS of the endpoint."""
         self._own: defaultdict[tuple[str, str, str], list[EndpointClaim]] = defaultdict(list)
-        """Claims of the session's endpoints, by topic, direction and message type."""
+        """Claims of the session's endpoints for each topic, direction and message type."""
         for end in ends:
             self._own[end.claim.topic, end.claim.direction, end.claim.message_type].append(end.claim)
         self.mistyped: set[str] = set()
-        """Subscribed topics on which a peer's definition of the message type differs from the session's."""
+        """Subscribed topics on which a peer defines the message type in another way than the session."""
 
     def misfits(self, claim: EndpointClaim) -> Iterator[Fault]:
         """Yield one fault for each peer that does not match an endpoint of the session."""
@@ -197,7 +227,7 @@ class _Comparison:
             yield _misfit(claim, peer, self._name(peer))
 
     def losses(self, end: End, buffer: int) -> Iterator[Fault]:
-        """Yield a fault for each reader on Fast DDS, which loses large messages that this endpoint sends with Cyclone DDS."""
+        """Yield a fault for each reader on Fast DDS: such a reader loses large messages that Cyclone DDS sends."""
         publishers = self._graph.publishers(end.claim.topic)
         own = {peer.gid[: len(CYCLONE)] for peer in publishers if peer.full_node == self._node}
         if own == {CYCLONE}:
@@ -206,7 +236,7 @@ class _Comparison:
                     yield _loss(end, self._name(peer), buffer)
 
     def rivals(self, topic: str) -> Iterator[Fault]:
-        """Yield a fault for each publisher of /clock outside this session, even if its node has the session's node name."""
+        """Yield a fault for each publisher of /clock outside this session; another process may have the session's node name."""
         publishers = self._graph.publishers(topic)
         others = [peer.full_node for peer in publishers if peer.full_node != self._node]
         if len(publishers) - len(others) > len(self._own[topic, "publish", CLOCK]):
@@ -216,7 +246,7 @@ class _Comparison:
             yield what, "stop one of the two publishers, or give its program another ROS_DOMAIN_ID"
 
     def _distinct(self, topic: str, direction: Direction) -> dict[tuple[str, _Form], Endpoint]:
-        """Return one peer for each combination of node, type, QoS and type hash, in the graph's order."""
+        """Return one peer for each combination of node, message type, QoS and type hash, in the graph's order."""
         if (topic, direction) not in self._alike:
             alike = self._alike[topic, direction] = {}
             for peer in self._graph.ends(topic, direction):
@@ -224,10 +254,10 @@ class _Comparison:
         return self._alike[topic, direction]
 
     def _fits(self, claim: EndpointClaim, form: _Form, types: Collection[str]) -> bool:
-        """Return whether a peer matches an endpoint of the session; `types` are the message types of all peers on the topic."""
+        """Return whether a peer matches an endpoint of the session; `types` has the message types of all peers on the topic."""
         kind, qos, type_hash = form
         if kind != claim.message_type:
-            # A subscription takes one of its alternatives where its own type is not published.
+            # A subscription uses one of its alternative types if nobody publishes its own type.
             return kind in claim.alternatives and claim.message_type not in types
         if not self._definitions.agrees(kind, type_hash):
             self.mistyped |= {claim.topic} if claim.direction == "subscribe" else set()
@@ -235,12 +265,12 @@ class _Comparison:
         return not mismatch(*_offer(claim, claim.qos, qos))
 
     def _name(self, peer: Endpoint) -> str:
-        """Return a name for a peer in reports: the node's prim path if it is in this session, otherwise its ROS node name."""
+        """Return the name of a peer for reports: the prim path of a node of this session, otherwise the ROS node name."""
         if peer.full_node == self._node:
             for claim in self._own[peer.topic, peer.direction, peer.message_type]:
                 if not short_of(claim.qos, peer.qos) and not short_of(peer.qos, claim.qos):
                     return claim.node
-        return peer.full_node or "a program that is not a ROS node"
+        return peer.full_node or UNNAMED
 
 
 def _last_part(topic: str) -> str:
@@ -248,7 +278,7 @@ def _last_part(topic: str) -> str:
 
 
 def _shorter_names(claims: Iterable[EndpointClaim]) -> Iterator[tuple[str, Direction]]:
-    """Yield the topics of other namespaces that a publisher may mean: /robot/cmd_vel without its first parts is /cmd_vel."""
+    """Yield the claimed topics without leading namespaces, such as /cmd_vel for /robot/cmd_vel, with each direction."""
     topics = {claim.topic for claim in claims}
     shorter = {topic[number:] for topic in topics for number, sign in enumerate(topic) if number and sign == "/"}
     for topic in shorter - topics:
@@ -256,7 +286,7 @@ def _shorter_names(claims: Iterable[EndpointClaim]) -> Iterator[tuple[str, Direc
 
 
 def _stray(peer: Endpoint, near: Sequence[EndpointClaim]) -> str:
-    """Return the message about a topic that no node reads; `near` are the session's subscriptions on topics of the same name."""
+    """Return the message about a topic that no node reads; `near` has the session's subscriptions on topics of this name."""
     others = len({claim.topic for claim in near}) - 1
     more = f", and {others} more topics of this name have subscribers" if others else ""
     what = f"{peer.full_node} publishes {peer.message_type}, but no node reads this topic"
@@ -269,7 +299,7 @@ def _offer(claim: EndpointClaim, ours: Any, theirs: Any) -> tuple[Any, Any]:
 
 
 def _misfit(claim: EndpointClaim, peer: Endpoint, name: str) -> Fault:
-    """Return the reason why an endpoint of the session and a peer do not match, and the remedy."""
+    """Return the reason why a peer does not match an endpoint of the session, and the remedy."""
     writer, reader = _offer(claim, claim.node, name)
     sent, read = _offer(claim, claim.message_type, peer.message_type)
     if sent != read:
@@ -294,7 +324,7 @@ def _loss(end: End, reader: str, buffer: int) -> Fault:
 
 
 def _rival_servers(services: Sequence[str]) -> Fault:
-    """Return one fault for all services that another program also offers: two runs of one scene share dozens of services."""
+    """Return one fault for all services that another program also offers; two runs of a scene share dozens of services."""
     shown = f"{', '.join(services[:3])}{' and others' if len(services) > 3 else ''}"
     ways = "stop one of the two, or give it another ROS_DOMAIN_ID or other names, such as --simulation-interfaces /one"
     return "another program also offers services of this run: either program may answer a call", f"{shown}: {ways}"

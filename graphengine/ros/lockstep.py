@@ -12,26 +12,26 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.topic_endpoints import LiveSubscription
 
 REPEAT = 0.2
-"""Wall time after which a wait sends /clock again, s, for a program that missed it or has just started.
+"""Wall time after which a wait sends /clock again, s: the program may have missed /clock, or just started.
 
-A program also gets this time between its discovery and its first answer, to discover the subscriptions of this run.
+After the discovery of a program, lockstep also gives the program this time to discover the subscriptions of this run.
 """
 PAUSE = 0.25
-"""Wall time without a call of `opens` after which the timeout of a wait restarts, s; the run was paused meanwhile."""
+"""Wall time without a call of `opens` after which the timeout of a wait restarts, s, because the run was paused."""
 MAX_AHEAD = 10
-"""Maximum number of periods of waiting messages; if more wait, the program sends more messages than lockstep takes."""
+"""Maximum number of waiting messages, in periods; with more, the program sends faster than lockstep takes messages."""
 
 
 class Lockstep:
-    """Holds back the messages of topics until their periods end, and decides whether the next tick may begin.
+    """Holds back the messages of each topic until the topic's period ends, and decides whether the next tick may begin.
 
-    Subscriptions get exactly the first `messages` messages in the first tick after the first period, the next ones after the
-    second period, and so on. So the wall time at which a message arrives has no effect. The tick that ends the first period also
-    waits until a program publishes the topic: the program's first answer would be lost before it discovers the subscriptions.
+    In the first tick after each period, a subscription gets exactly the next `messages` messages. So the wall time at which a
+    message arrives has no effect. The tick that ends the first period also waits until a program publishes the topic, because
+    an answer that the program sends before it discovers the subscriptions would be lost.
 
     Args:
-        network: network of the session, whose nodes are not set up yet.
-        entries: topics, each with its period.
+        network: network of the session before the setup of the nodes.
+        entries: topics with their periods.
     """
 
     def __init__(self, network: LiveNetwork, entries: Sequence[LockstepSpec]) -> None:
@@ -42,17 +42,17 @@ class Lockstep:
         """Wall time at which the current wait began; None outside of a wait."""
         self._asked = self._repeated = 0.0
         self._found: dict[str, float] = {}
-        """Wall time at which a publisher of each topic was discovered."""
+        """Wall time at which the first publisher of each topic was discovered, s."""
 
     def opens(self, frame: int, tick_period: tuple[int, int]) -> bool:
-        """Return whether the next tick may begin; while it may not, call this method repeatedly.
+        """Return whether the next tick may begin; call the method repeatedly until it returns True.
 
         Args:
             frame: number of the last tick.
             tick_period: seconds per tick, as numerator and denominator.
 
         Raises:
-            TransportError: messages did not arrive within the timeout of their topic, or more wait than `MAX_AHEAD` permits.
+            TransportError: messages did not arrive within their topic's timeout, or more messages wait than `MAX_AHEAD` permits.
         """
         if not self._entries:
             return True
@@ -74,7 +74,7 @@ class Lockstep:
         return False
 
     def _is_complete(self, entry: LockstepSpec, frame: int, tick: Fraction) -> bool:
-        """Return whether the next tick need not wait for a topic; set the number of its messages that the tick takes."""
+        """Return whether the next tick may begin without waiting for a topic; set how many of its messages the tick takes."""
         ends = _ends(entry, frame, tick)
         self._network.quotas[entry.topic] = entry.messages if ends else 0
         subscriptions = self._subscriptions(entry.topic)
@@ -90,10 +90,10 @@ class Lockstep:
         return not ends and (not _ends(entry, frame + 1, tick) or self._is_found(subscriptions[0]))
 
     def _is_found(self, subscription: LiveSubscription) -> bool:
-        """Return whether a publisher of the topic has existed for `REPEAT`, in which it discovers the subscription."""
+        """Return whether a publisher of the topic was discovered at least `REPEAT` s ago: it now knows the subscription."""
         transport, topic = self._network.transport(subscription.claim.ros_context), subscription.topic
         now = time.monotonic()
-        if transport.spin_time == 0.0:  # there is no discovery
+        if transport.spin_time == 0.0:  # the transport has no discovery
             return True
         if topic not in self._found and transport.graph({(topic, "publish")}).publishers(topic):
             self._found[topic] = now
@@ -111,12 +111,11 @@ class Lockstep:
         else:
             why = "no program publishes the topic: start the program under test, in the ROS domain of this run"
         came = f"{min(one.waiting for one in subscriptions)} of {entry.messages} messages"
-        return (
-            f"{entry.topic}: lockstep received {came} within {entry.timeout:g} s of wall time, at t = {at:g} s\n  {why}"
-        )
+        what = f"lockstep received {came} within {entry.timeout:g} s of wall time, at t = {at:g} s"
+        return f"{entry.topic}: {what}\n  {why}"
 
 
 def _ends(entry: LockstepSpec, frame: int, tick: Fraction) -> bool:
-    """Return whether a period of a topic ends with tick `frame`."""
+    """Return whether one of a topic's periods ends with tick `frame`."""
     ticks = tick / Fraction(repr(entry.period))
     return frame > 0 and frame * ticks // 1 > (frame - 1) * ticks // 1

@@ -1,16 +1,18 @@
-"""The endpoints of a session: they deliver messages to nodes at the beginning of a tick and send messages at its end."""
+"""The network of a session; it delivers messages to nodes at the beginning of a tick and sends messages at the tick's end."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim, Sink
+from graphengine.messages.endpoints import EndpointClaim, Sink, Supply
 from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
+from graphengine.ros.endpoint_faults import find_publishers
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
@@ -27,8 +29,8 @@ class LiveNetwork(EndpointHost):
 
     Args:
         open_domain: joins the domain with this id and returns a transport.
-        domain_id: domain of the session, which endpoints with the context handle 0 use.
-        complain: called with each warning about malformed messages or incompatible peers, once per warning.
+        domain_id: domain of the session; endpoints with the context handle 0 use this domain.
+        complain: called once with each warning about malformed messages or incompatible peers.
         definitions: message types.
     """
 
@@ -54,11 +56,12 @@ class LiveNetwork(EndpointHost):
         self.subscriptions: list[LiveSubscription] = []
         self._servers: list[LiveServer] = []
         self._clients: list[LiveClient] = []
-        self._handover: Handover | None = None
+        self._handover: list[HeldEndpoint] = []
+        """Within `handing_over`, the open endpoints that no node of the changed graphs has taken over yet."""
         self.identity = self.transport(0).identity
 
     def tap(self, sink: Sink) -> None:
-        """Copy all messages that nodes send or receive to a sink; unlike `sinks`, a tap does not make publishers `wanted`."""
+        """Copy all messages that nodes send or receive to a sink, without making publishers `wanted` as `sinks` do."""
         self.taps.append(sink)
 
     def untap(self, sink: Sink) -> None:
@@ -79,40 +82,43 @@ class LiveNetwork(EndpointHost):
 
     @contextmanager
     def handing_over(self) -> Iterator[None]:
-        """Return a context in which nodes take over open endpoints of equal claims, instead of creating new endpoints."""
-        self._handover = Handover([*self.publishers, *self.subscriptions, *self._servers, *self._clients])
+        """Return a context in which a node takes over an open endpoint of an equal claim, instead of creating an endpoint."""
+        self._handover = [*self.publishers, *self.subscriptions, *self._servers, *self._clients]
         try:
             yield
         finally:
-            self._handover = None
+            self._handover = []
 
     def _end(self, kind: type[E], claim: EndpointClaim, ends: list[E], make: Callable[[], E]) -> E:
         """Return the endpoint for a claim: within `handing_over` an open endpoint of an equal claim, otherwise a new one."""
-        end = self._handover.take(kind, claim) if self._handover is not None else None
-        if end is None:
-            end = make()
-            end.opened_as = claim
-            ends.append(end)
-        return end
+        for end in self._handover:
+            if isinstance(end, kind) and _essence(end.opened_as) == _essence(claim):
+                self._handover.remove(end)
+                end.holders += 1
+                return end
+        made = make()
+        made.opened_as = claim
+        ends.append(made)
+        return made
 
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
-        """Return the publisher that a node claims: a new one, or within `handing_over` one that is already open."""
+        """Return the publisher that a node claims: new, or within `handing_over` possibly an open publisher."""
         end = self._end(LivePublisher, claim, self.publishers, lambda: LivePublisher(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
-        """Return the subscription that a node claims: a new one, or within `handing_over` one that is already open."""
+        """Return the subscription that a node claims: new, or within `handing_over` possibly an open subscription."""
         end = self._end(LiveSubscription, claim, self.subscriptions, lambda: LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
-        """Return the service server that a node claims, new or handed over; `handle` has the meaning of `Network.server`."""
+        """Return the service server that a node claims, new or handed over; `handle` is that of `Network.server`."""
         return self._end(LiveServer, claim, self._servers, lambda: LiveServer(self, claim, handle))
 
     def client(self, claim: EndpointClaim) -> LiveClient:
-        """Return the service client that a node claims: a new one, or within `handing_over` one that is already open."""
+        """Return the service client that a node claims: new, or within `handing_over` possibly an open client."""
         return self._end(LiveClient, claim, self._clients, lambda: LiveClient(self, claim))
 
     @property
@@ -121,7 +127,7 @@ class LiveNetwork(EndpointHost):
         return [*self.subscriptions, *self._servers, *self._clients]
 
     def leave(self, end: HeldEndpoint) -> None:
-        """Remove a closed endpoint; the number of messages that it lost stays counted."""
+        """Remove a closed endpoint; the messages that the endpoint lost stay counted."""
         if isinstance(end, LivePublisher) and end in self.publishers:
             self.past_drops[end.topic] += end.dropped
             self.publishers.remove(end)
@@ -132,7 +138,7 @@ class LiveNetwork(EndpointHost):
         self._clients = [client for client in self._clients if client is not end]
 
     def freeze(self) -> None:
-        """Begin a tick: deliver the messages since the last tick to nodes, sinks and taps; report incompatible peers."""
+        """Begin a tick: deliver the messages since the last tick to nodes, sinks and taps, and report incompatible peers."""
         if self._ticks % LOOK_EVERY == 0:
             self._follow()
         self._ticks += 1
@@ -140,12 +146,24 @@ class LiveNetwork(EndpointHost):
         for end in self.hearing:
             arrived = end.freeze()
             if arrived:
+                end.arrival = self._ticks
                 for sink in (*self.sinks, *self.taps):
                     sink.deliver(end.claim, arrived)
         self.look()
 
+    def supply(self, claim: EndpointClaim) -> Supply:
+        """Return what reaches the subscription that a claim describes; peers are those that are discovered by now."""
+        ends = [end for end in self.subscriptions if (end.claim.node, end.topic) == (claim.node, claim.topic)]
+        if not ends:
+            return Supply()
+        end = ends[0]
+        own = list(self._ends(self._domain(claim.ros_context)))
+        peers = find_publishers(end.claim, own, self.transport(claim.ros_context), self.definitions)
+        silence = self._ticks - end.arrival if end.arrival else None
+        return replace(peers, messages=end.heard, silence=silence)
+
     def repeat_clock(self) -> None:
-        """Send the newest /clock again, unrecorded, and look for new peers; called while a tick waits for messages."""
+        """Send the newest /clock again without recording it, and look for new peers; called while a tick waits for messages."""
         self._follow()
         self.look()
         for publisher in self.publishers:
@@ -153,7 +171,7 @@ class LiveNetwork(EndpointHost):
                 publisher.repeat()
 
     def look(self) -> None:
-        """Report incompatible peers that the searches in the background have found; call this also while no ticks run."""
+        """Report the incompatible peers that searches in the background have found; call this also while no ticks run."""
         for watch in self._watches.values():
             watch.look()
 
@@ -166,7 +184,7 @@ class LiveNetwork(EndpointHost):
         return self._domain(end.claim.ros_context) == domain
 
     def _follow(self) -> None:
-        """Switch each subscription to an alternative type if the alternative is published and its present type is not."""
+        """Switch each subscription whose current type is not published to an alternative type that is published."""
         for domain, watch in self._watches.items():
             ends = [end for end in self.subscriptions if end.claim.alternatives and self._is_in(domain, end)]
             published = watch.published({end.topic for end in ends}) if ends else {}
@@ -215,22 +233,22 @@ class LiveNetwork(EndpointHost):
 
     @property
     def subscribers(self) -> int:
-        """Total number of readers that publishers have matched; recorders do not count."""
+        """Number of matched readers of all publishers together; recorders do not count."""
         return sum(publisher.subscribers for publisher in self.publishers)
 
     @property
     def malformed(self) -> Counter[str]:
-        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
+        """Number of malformed messages dropped on each topic or service, by name: they do not fit the message type."""
         return +sum((Counter(transport.malformed) for transport in self._transports.values()), self.undecoded)
 
     @property
     def given_up(self) -> Counter[str]:
-        """Number of published messages dropped because a reader was too slow, by topic."""
+        """Number of published messages on each topic that were dropped because a reader was too slow."""
         return +sum((Counter({end.topic: end.dropped}) for end in self.publishers), self.past_drops)
 
     @property
     def overwritten(self) -> Counter[str]:
-        """Number of received messages overwritten in a full queue before a tick delivered them, by topic."""
+        """Number of received messages on each topic that newer messages replaced in a full queue before a tick."""
         return +sum((Counter({end.topic: end.overwritten}) for end in self.subscriptions), self.past_overwritten)
 
     def log(self, severity: str, message: str) -> None:
@@ -245,7 +263,7 @@ class LiveNetwork(EndpointHost):
 
     @property
     def notices(self) -> Sequence[str]:
-        """Lines for users about what the open transports cannot do for the endpoints of the session."""
+        """Lines for users about limitations of the open transports that affect endpoints of the session."""
         return [notice for transport in self._transports.values() for notice in transport.notices]
 
     def close(self) -> None:
@@ -260,29 +278,8 @@ class LiveNetwork(EndpointHost):
             ends.clear()
 
 
-class Handover:
-    """The open endpoints that the nodes of changed graphs can take over.
-
-    Args:
-        ends: open endpoints; each can be taken once.
-    """
-
-    def __init__(self, ends: Iterable[HeldEndpoint]) -> None:
-        self._ends = list(ends)
-
-    def take(self, kind: type[E], claim: EndpointClaim) -> E | None:
-        """Return an open endpoint that was created for an equal claim, and add one holder; None if no endpoint fits."""
-        wanted = _essence(claim)
-        for end in self._ends:
-            if isinstance(end, kind) and _essence(end.opened_as) == wanted:
-                self._ends.remove(end)
-                end.holders += 1
-                return end
-        return None
-
-
 def _essence(claim: EndpointClaim) -> object:
-    """Return the fields of a claim that must be equal for a handover: node, topic, types, direction, QoS, context."""
+    """Return the fields of a claim that must be equal for a handover: direction, types, node, topic, QoS and context."""
     kinds = claim.direction, claim.message_type, claim.alternatives
     return kinds, claim.node, claim.topic, claim.qos, claim.ros_context
 

@@ -1,4 +1,4 @@
-"""The ROS graph as peers announce it: nodes with their services, and the writers and readers of each topic."""
+"""The ROS graph that peers announce: nodes with their services, and the writers and readers of each topic."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Direction = Literal["publish", "subscribe"]
 MAX_NAME = 500
 """Maximum length of a name from a peer; longer names are cut. Legal names in ROS 2 have at most 256 characters."""
 PATIENCE = 5.0
-"""Additional time that a discovered peer gets to announce its endpoints, s."""
+"""Additional time for a discovered peer to announce its endpoints, s."""
 
 
 def full_name(namespace: str, node: str) -> str:
@@ -31,15 +31,15 @@ def split_name(node: str) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A writer or reader of a topic. Strings from peers are made printable, because they appear in messages, logs and tables.
+    """A writer or reader of a topic. The strings of a peer are made printable, because messages and tables show them.
 
     Args:
         gid: 16 bytes that identify the endpoint in ROS 2.
-        direction: whether it writes or reads.
+        direction: `publish` for a writer, `subscribe` for a reader.
         topic: absolute name.
         message_type: as in `nav_msgs/msg/Odometry`.
-        qos: offered or requested profile; the history is `systemDefault` if the peer does not announce it.
-        type_hash: hash of the message definition; empty if the peer does not announce it.
+        qos: offered or requested profile; the history is `systemDefault` if the peer announces no history.
+        type_hash: hash of the message definition; empty if the peer announces no hash.
         node: name of the node; empty if unknown.
         namespace: namespace of the node.
     """
@@ -72,7 +72,7 @@ class Endpoint:
 
 @dataclass(frozen=True, slots=True)
 class NetworkNode:
-    """A node on the network. Strings from peers are made printable.
+    """A node on the network. The strings of a peer are made printable.
 
     Args:
         name: name with the namespace.
@@ -95,10 +95,10 @@ class NetworkGraph:
 
     Args:
         endpoints: endpoints in any order.
-        complete: false while a known peer has not announced its endpoints.
-        named: false while a known peer has not announced its nodes.
+        complete: whether all known peers have announced their endpoints.
+        named: whether all known peers have announced their nodes.
         services: names and types of the services that are offered or called.
-        nodes: all nodes, including those without endpoints; several nodes can have the same name.
+        nodes: all nodes, including nodes without endpoints; several nodes can have the same name.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class NetworkGraph:
             self._ends.setdefault((end.topic, end.direction), []).append(end)
 
     def without(self, node: str) -> NetworkGraph:
-        """Return a copy of the graph without a node, its endpoints, and the services that only this node offers or calls."""
+        """Return a copy of the graph without a node, without its endpoints, and without services that only this node uses."""
         ends = (end for end in self.endpoints if end.full_node != node)
         nodes = [other for other in self.nodes if other.name != node]
         removed = {pair for own in self.nodes if own.name == node for pair in (*own.servers, *own.clients)}
@@ -132,7 +132,7 @@ class NetworkGraph:
         return NetworkGraph([*self.endpoints, *endpoints], self.complete, self.named, self.services, self.nodes)
 
     def types(self) -> dict[str, list[str]]:
-        """Return the sorted message types of each topic; several types on one topic are an error in the ROS system."""
+        """Return the sorted message types of each topic; a topic with several types is an error in the ROS system."""
         found: dict[str, set[str]] = {}
         for end in self.endpoints:
             found.setdefault(end.topic, set()).add(end.message_type)
@@ -152,7 +152,7 @@ class NetworkGraph:
 
 
 def _printable_services(services: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return names and types of services, made printable, sorted and without duplicates."""
+    """Return the sorted names and types of services, printable and without duplicates."""
     return sorted({(printable(name), printable(kind)) for name, kind in services})
 
 

@@ -12,7 +12,7 @@ from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transport import Transport
 
 PATIENCE = 5.0
-"""Maximum wait for a service of the node to appear, and again for its response, s."""
+"""Maximum wait for the discovery of a service of the node, and maximum wait for its response, s."""
 
 
 class ParameterClient:
@@ -37,12 +37,12 @@ class ParameterClient:
         """Return the sorted names of all parameters, or only of the parameters below the given prefixes.
 
         Raises:
-            TransportError: the node does not answer in time; the other methods raise this too.
+            TransportError: the node does not answer in time; all other methods raise this error too.
         """
         return sorted(self._call("list_parameters", prefixes=list(prefixes)).result.names)
 
     def get(self, names: Sequence[str]) -> Sequence[Any]:
-        """Return a ParameterValue for each name; rclcpp nodes return an empty list if any of the parameters has no value."""
+        """Return a ParameterValue for each name; an rclcpp node returns an empty list if any of the parameters has no value."""
         return list(self._call("get_parameters", names=list(names)).values)
 
     def describe(self, names: Sequence[str]) -> Sequence[Any]:

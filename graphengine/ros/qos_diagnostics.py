@@ -16,9 +16,9 @@ from graphengine.ros.endpoint_faults import End, Finder, published_types
 from graphengine.ros.transport import Transport
 
 PERIOD, LONGEST_PERIOD = 0.5, 5.0
-"""Shortest and longest time from the start of one search to the start of the next, s; see `SHARE`."""
+"""Shortest and longest time between the starts of two searches, s; see `SHARE`."""
 SHARE = 0.005
-"""Fraction of wall time that searches take: after a long search, the next one starts later, up to `LONGEST_PERIOD`."""
+"""Fraction of wall time for searches: after a long search, the next search starts later, up to `LONGEST_PERIOD`."""
 REPORTED_A_TICK = 5
 """Maximum number of faults to report per tick; the remaining faults wait for the next tick."""
 
@@ -31,9 +31,9 @@ class Watch:
 
     Args:
         transport: transport that discovers the peers.
-        ends: returns the session's endpoints; called in the thread that runs ticks. The search iterates over the result in
-            its own thread.
-        tell: called with the text of each fault; a second line has the remedy.
+        ends: returns the session's endpoints; called in the thread that runs ticks. The background thread iterates over the
+            result.
+        tell: called with the text of each fault, whose second line is the remedy.
         clock: returns the current time, s.
         buffer: size of a peer's receive buffer in the kernel, bytes; None for the default size on this machine.
         definitions: message types of the session.
@@ -55,12 +55,12 @@ class Watch:
         self._clock = clock
         self._worker = ThreadPoolExecutor(1, "watch")
         self._look: Future[tuple[list[str], float]] | None = None
-        """The search in progress; its result is the texts of the faults, and the time at which the next search is due, s."""
+        """The search in progress; the result has the texts of faults, and the time at which the next search is due, s."""
         self._due = 0.0
         self._found: deque[str] = deque()
 
     def published(self, topics: Iterable[str]) -> Mapping[str, Set[str]]:
-        """Return the types published on the given topics: as of the last search, or on a transport without a node as of now."""
+        """Return the types that were published on the given topics at the last search; without a node, the current types."""
         if self._transport.node:
             return self._finder.published
         return published_types(self._transport.graph({(topic, "publish") for topic in topics}), topics)
@@ -70,12 +70,11 @@ class Watch:
         self._due = 0.0
 
     def look(self) -> None:
-        """Report up to `REPORTED_A_TICK` QoS faults of earlier searches, and start the next search if its time has come."""
+        """Report up to `REPORTED_A_TICK` faults of earlier searches, and start the next search if it is due."""
         if self._look is not None and self._look.done():
             self._collect(self._look)
-        if self._found:
-            for _ in range(min(len(self._found), REPORTED_A_TICK)):
-                self._tell(self._found.popleft())
+        for _ in range(min(len(self._found), REPORTED_A_TICK)):
+            self._tell(self._found.popleft())
         if self._look is None and (begun := self._clock()) >= self._due:
             self._due = math.inf
             self._look = self._worker.submit(self._search, self._ends(), begun)
@@ -103,7 +102,7 @@ class Watch:
         self._look = None
         found, due = look.result()
         self._found += found
-        self._due = min(self._due, due)  # which is 0 where a look was asked for meanwhile
+        self._due = min(self._due, due)  # 0 if `hurry` was called during the search
 
 
 def _receive_buffer() -> int:

@@ -12,7 +12,7 @@ SECOND = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Statistics of the times in a window, ns; `deviation` is the population standard deviation."""
+    """Statistics of a window of times, ns; `deviation` is the population standard deviation."""
 
     mean: float
     least: int
@@ -36,7 +36,7 @@ class Intervals:
     """Measures the time between messages.
 
     Args:
-        size: maximum number of intervals in the statistics; the most recent intervals are used.
+        size: number of most recent intervals that the statistics cover.
     """
 
     def __init__(self, size: int) -> None:
@@ -45,7 +45,7 @@ class Intervals:
         self._told: int | None = None
 
     def add(self, now: int) -> bool:
-        """Add a message with its time, ns. If the clock has jumped back, restart the measurement and return False."""
+        """Add the time of a message, ns. If the clock has jumped back, restart the measurement and return False."""
         forward = self._last is None or now >= self._last
         if not forward:
             self._window.clear()
@@ -57,7 +57,7 @@ class Intervals:
         return forward
 
     def report(self) -> Summary | None:
-        """Return the statistics if the last report is at least 1 s old by the clock of the messages, otherwise None."""
+        """Return the statistics, or None if the last report is less than 1 s old by the clock of the messages."""
         if self._last is None or self._told is None or self._last < self._told + SECOND:
             return None
         self._told = self._last

@@ -1,4 +1,4 @@
-"""A service client for programs without a session: sends requests over a transport and returns futures of the responses."""
+"""A service client outside of a session: sends requests over a transport and returns futures of the responses."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ServiceCaller:
         self._lock = threading.Lock()
         self._open: dict[int, Future[Any]] = {}
         self._early: dict[int, bytes] = {}
-        """Responses that arrived before `call` could store the future of their call, by number of the call."""
+        """For each call whose future `call` has not stored yet, by number: the response that already arrived."""
         self._client = transport.client(service, service_type, QoS(), self._receive)
 
     @property
@@ -51,16 +51,16 @@ class ServiceCaller:
         return self._client.ready
 
     def becomes_ready(self, timeout: float) -> bool:
-        """Wait until a server of the service is matched; return False if none is after `timeout` s."""
+        """Wait until a server of the service is matched; return False if no server is matched within `timeout` s."""
         end = time.monotonic() + timeout
         while not self.ready and time.monotonic() < end:
             time.sleep(_POLL)
         return self.ready
 
     def call(self, request: Any) -> Future[Any]:
-        """Send a request and return a future of the response; without a server, the request is lost.
+        """Send a request and return a future of the response; if there is no server, the request is lost.
 
-        When more than `MAX_OPEN` calls are unanswered, the oldest call fails with a `TransportError`.
+        If more than `MAX_OPEN` calls are unanswered, the oldest call fails with a `TransportError`.
 
         Raises:
             MessageError: the message is not a request of the service.
@@ -78,16 +78,15 @@ class ServiceCaller:
         if early is not None:
             self._settle(future, early)
         if dropped is not None and not dropped.done():
-            dropped.set_exception(
-                TransportError(f"{self._service}: no response, and {MAX_OPEN} later calls are waiting")
-            )
+            why = f"no response, and {MAX_OPEN} later calls are waiting"
+            dropped.set_exception(TransportError(f"{self._service}: {why}"))
         return future
 
     def _receive(self, number: int, data: bytes) -> None:
         with self._lock:
             future = self._open.pop(number, None)
             if future is None:
-                self._early[number] = data  # bounded too, as a number may be that of a dropped call
+                self._early[number] = data  # bounded, because the number may be that of a dropped call
                 if len(self._early) > MAX_OPEN:
                     del self._early[next(iter(self._early))]
         if future is not None:

@@ -1,8 +1,8 @@
-"""Service servers and clients of a session: they deliver messages when a tick begins and send messages when it ends.
+"""Service servers and clients of a session; they deliver messages at the beginning of a tick and send messages at its end.
 
 Sinks receive calls as ROS 2 service introspection events: messages of type `…_Event` on `<service>/_service_event`, as rosbag2
-records them. The stamps of the events are zero. In events of a server, `client_gid` and `sequence_number` come from the
-transport. In events of a client, they come from the node's prim path and the number of the call: equal runs give equal bytes.
+records them. The stamps of the events are zero. A server takes `client_gid` and `sequence_number` from the transport. A client
+computes both from the node's prim path and the number of the call, so that equal runs give equal bytes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MAX_OPEN = 1000
 PATIENCE = 300
 """Number of ticks that calls wait for a server before the user is warned."""
 GID, IDENTITY = 16, 24
-"""Size of `client_gid`, and of a call's identity (`client_gid` and `sequence_number`), bytes."""
+"""Size of a `client_gid`, and size of a call's identity (`client_gid`, then `sequence_number`), bytes."""
 
 # Of service_msgs/msg/ServiceEventInfo.
 _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
@@ -37,9 +37,6 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
     """Base class of server and client. `claim` describes the topic of the introspection events, not the service itself."""
-
-    _end: Any
-    """The transport's server or client that carries the messages."""
 
     def _begin(self, network: EndpointHost, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
@@ -49,12 +46,9 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
         self._most = max(MAX_OPEN, claim.qos.depth)
 
     def close(self) -> None:
-        """Send pending messages, then release the endpoint; it is closed when no other node holds it."""
+        """Send the pending messages of the session, then release the endpoint."""
         self._network.flush()
-        if not self.release():
-            return
-        self._end.close()
-        self._network.leave(self)
+        super().close()
 
     def follow(self, published: Collection[str]) -> None:
         """Do nothing, because a service has only one type."""
@@ -75,7 +69,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
         return messages.encode(message, self._network.definitions)
 
     def _decode(self, data: bytes) -> Any | None:
-        """Return the decoded incoming message; count it and return None if it is malformed."""
+        """Return the decoded incoming message; count a malformed message and return None."""
         try:
             return messages.decode(data, self._hears, self._network.definitions)
         except TransportError:
@@ -100,7 +94,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
                 sink.write(self.claim, event)
 
     def _recorded(self, event: bytes, part: Literal["request", "response"]) -> tuple[bytes, bytes] | None:
-        """Return a call's identity and encoded request or response from a recorded event; None if the event lacks `part`."""
+        """Return the identity of a recorded event's call, and its encoded request or response; None if the event lacks `part`."""
         try:
             found = messages.decode(event, self.claim.message_type, self._network.definitions)
             heard = messages.encode(getattr(found, part)[0], self._network.definitions)
@@ -139,7 +133,7 @@ class LiveServer(_Endpoint, ServiceServer):
             self._receive(*recorded)
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick: make new requests available to nodes, and return them as events if there are sinks."""
+        """Begin a tick: make new requests available to nodes. With sinks, return the requests as events."""
         events: list[bytes] = []
         for _ in range(len(self._arrived)):
             request_id, data = self._arrived.popleft()
@@ -187,7 +181,7 @@ class LiveServer(_Endpoint, ServiceServer):
 
 
 class LiveClient(_Endpoint, ServiceClient):
-    """A service client on a transport. Until a server exists, it keeps the latest calls, up to the depth of the QoS profile."""
+    """A service client on a transport. While no server exists, the client keeps the latest calls, up to the QoS depth."""
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
@@ -219,7 +213,7 @@ class LiveClient(_Endpoint, ServiceClient):
             self._from_recording.append((int.from_bytes(identity[GID:], "big"), data))
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick: make new responses available to nodes, and return them as events if there are sinks."""
+        """Begin a tick: make new responses available to nodes. With sinks, return the responses as events."""
         events: list[bytes] = []
         arrived, self._from_recording = self._from_recording, deque()
         for _ in range(len(self._arrived)):
@@ -242,7 +236,7 @@ class LiveClient(_Endpoint, ServiceClient):
         return taken
 
     def call(self, request: Any) -> int:
-        """Queue a request and return the number of the call; it is sent at the end of the tick, or once a server exists.
+        """Queue a request and return the number of the call; the tick's end sends it, or a later tick once a server exists.
 
         Raises:
             MessageError: the message is not a request of the service.
@@ -276,9 +270,8 @@ class LiveClient(_Endpoint, ServiceClient):
         self._send_waiting()
         self._patience = self._patience + 1 if self._waiting else 0
         if self._patience == PATIENCE:
-            self._tell(
-                f"no server offers this service with the type {self.service_type}; the last {self._keeps} calls wait for a server"
-            )
+            what = f"no server offers this service with the type {self.service_type}"
+            self._tell(f"{what}; the last {self._keeps} calls wait for a server")
 
     def forget_calls(self) -> None:
         """Discard all open calls; the numbers of calls restart at 1."""
@@ -291,5 +284,5 @@ class LiveClient(_Endpoint, ServiceClient):
 
 
 def _identity(request_id: bytes) -> bytes:
-    """Return an identity of `IDENTITY` bytes for an event: the transport's request identity, or its hash if the size differs."""
+    """Return a call's identity of `IDENTITY` bytes for an event: the transport's identity if it has this size, else a hash."""
     return request_id if len(request_id) == IDENTITY else hashlib.blake2b(request_id, digest_size=IDENTITY).digest()

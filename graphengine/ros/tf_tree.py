@@ -1,4 +1,4 @@
-"""The tree of TF frames: the broadcasters and rate of each transform, and the faults of the tree."""
+"""The tree of TF frames: broadcasters and rate of each transform, and faults of the tree."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Edge:
     Args:
         parent: parent frame.
         child: child frame.
-        static: whether it was received on tf_static.
-        sources: GIDs of its broadcasters.
-        number: number of times that it was received.
+        static: whether the transform was received on tf_static.
+        sources: GIDs of the transform's broadcasters.
+        number: number of received messages with the transform.
         oldest: oldest stamp, ns.
         newest: newest stamp, ns.
     """
@@ -41,12 +41,12 @@ class Edge:
 
     @property
     def rate(self) -> float | None:
-        """Average rate computed from the stamps, Hz; None if all stamps are equal."""
+        """Average rate, computed from the stamps, Hz; None if all stamps are equal."""
         span = self.newest - self.oldest
         return (self.number - 1) * SECOND / span if span else None
 
     def add(self, stamp: int, source: bytes) -> None:
-        """Count a received transform with its stamp, ns, and the GID of its broadcaster."""
+        """Count a received transform; `stamp` is in ns, and `source` is the GID of the broadcaster."""
         self.oldest = min(self.oldest, stamp) if self.number else stamp
         self.newest = max(self.newest, stamp) if self.number else stamp
         self.number += 1
@@ -60,9 +60,9 @@ class Row:
     Args:
         frame: name of the frame.
         edge: transform to the parent; None for a root.
-        last: one value for each frame on the path from the root (excluded) to this frame (included): whether that frame is
+        last: for each frame on the path from the root (excluded) to this frame (included), whether the frame on the path is
             the last child of its parent.
-        again: whether the frame's children are omitted, because an earlier row of the same frame shows them.
+        again: whether the row omits the frame's children, because an earlier row of the same frame shows them.
     """
 
     frame: str
@@ -82,13 +82,13 @@ class FrameTree:
     def __init__(self) -> None:
         self._edges: dict[tuple[str, str], Edge] = {}
         self._refused: dict[tuple[str, str, str], set[bytes]] = {}
-        """GIDs of the writers of transforms that tf2 ignores, by child frame, parent frame and reason."""
+        """GIDs of the writers of each transform that tf2 ignores; the key has child frame, parent frame and reason."""
         self._full = False
 
     def add(self, message: Any, static: bool, source: bytes) -> None:
         """Add the transforms of a TFMessage, up to `MAX_EDGES` in all; `source` is the GID of the message's writer."""
         for transform in message.transforms:
-            # tf2 takes names with and without a slash in front for the same frame.
+            # For tf2, a name with a slash in front and the name without it mean the same frame.
             frames = transform.header.frame_id, transform.child_frame_id
             parent, child = (printable(frame.removeprefix("/")) for frame in frames)
             edge = self._edges.get((child, parent))
@@ -105,15 +105,15 @@ class FrameTree:
 
     @property
     def edges(self) -> list[Edge]:
-        """All transforms, sorted by the names of child and parent."""
+        """All transforms, sorted by the name of the child, then of the parent."""
         return [self._edges[key] for key in sorted(self._edges)]
 
     def roots(self) -> list[str]:
-        """Return the roots of the drawing: all frames without a parent, and one frame of each loop that has no root above it."""
+        """Return the roots of the drawing: all frames without a parent, and one frame of each loop without a root above."""
         return [row.frame for row in self.rows() if row.edge is None]
 
     def rows(self) -> list[Row]:
-        """Return the rows of the drawing from top to bottom; each frame comes below its parent."""
+        """Return the rows of the drawing from top to bottom; each frame is below its parent."""
         children: dict[str, list[Edge]] = {}
         for edge in self.edges:
             children.setdefault(edge.parent, []).append(edge)
@@ -126,10 +126,10 @@ class FrameTree:
         return rows
 
     def faults(self, names: Mapping[bytes, str]) -> list[str]:
-        """Return the faults of the tree, one sentence each: several roots, parents or broadcasters, loops, ignored transforms.
+        """Return one sentence for each fault: several roots, parents or broadcasters, a loop, an ignored transform.
 
         Args:
-            names: node names by GID.
+            names: name of the node of each writer, by GID.
         """
         full = [f"there are more than {MAX_EDGES} transforms; further transforms are ignored"] if self._full else []
         wrong = (self._islands(), self._parents(names), self._loops(), self._rivals(names), self._refusals(names))
@@ -147,7 +147,7 @@ class FrameTree:
     def _parents(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for child, group in itertools.groupby(self.edges, lambda edge: edge.child):
             if len(edges := [*group]) > 1:
-                told = (f"{edge.parent} (by {broadcasters(edge, names)})" for edge in edges)
+                told = (f"{edge.parent} (by {broadcasters(edge.sources, names)})" for edge in edges)
                 yield f"{child} has {len(edges)} parents: {', '.join(told)}"
 
     def _loops(self) -> Iterator[str]:
@@ -165,11 +165,12 @@ class FrameTree:
     def _rivals(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for edge in self.edges:
             if len(edge.sources) > 1:
-                yield f"{edge.child} in {edge.parent} has several broadcasters: {broadcasters(edge, names)}"
+                several = broadcasters(edge.sources, names)
+                yield f"{edge.child} in {edge.parent} has several broadcasters: {several}"
 
     def _refusals(self, names: Mapping[bytes, str]) -> Iterator[str]:
         for (child, parent, why), sources in sorted(self._refused.items()):
-            yield f"tf2 ignores {child!r} in {parent!r} because {why}; sent by {_named(sources, names)}"
+            yield f"tf2 ignores {child!r} in {parent!r} because {why}; sent by {broadcasters(sources, names)}"
 
 
 def _refusal(parent: str, child: str, transform: Any) -> str:
@@ -187,7 +188,7 @@ def _refusal(parent: str, child: str, transform: Any) -> str:
 
 
 def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str]) -> Iterator[Row]:
-    """Yield the rows of a root and all frames below it, without recursion because a chain of frames may be long."""
+    """Yield the rows of a root and of all frames below; there is no recursion, because a chain of frames may be long."""
     waiting = [Row(root)]
     while waiting:
         row = waiting.pop()
@@ -201,17 +202,13 @@ def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str])
         waiting += reversed(below)
 
 
-def broadcasters(edge: Edge, names: Mapping[bytes, str]) -> str:
-    """Return the node names of a transform's broadcasters, separated by commas."""
-    return _named(edge.sources, names)
-
-
-def _named(sources: Iterable[bytes], names: Mapping[bytes, str]) -> str:
+def broadcasters(sources: Iterable[bytes], names: Mapping[bytes, str]) -> str:
+    """Return the sorted node names of the broadcasters with the given GIDs, separated by commas."""
     return ", ".join(sorted({names.get(source, "unknown") for source in sources}))
 
 
 def frequency(edge: Edge) -> str:
-    """Return the rate of a transform as text: in Hz, the number of messages if the rate is unknown, or `static`."""
+    """Return the rate of a transform as text: `static`, a rate in Hz, or the number of messages if the rate is unknown."""
     if edge.static:
         return "static"
     return f"{edge.number} in all" if edge.rate is None else f"{edge.rate:.1f} Hz"
@@ -227,7 +224,7 @@ def to_dot(tree: FrameTree, names: Mapping[bytes, str]) -> str:
     lines = ["digraph frames {", "  node [shape=box];"]
     for edge in tree.edges:
         facts = [
-            f"Broadcaster: {broadcasters(edge, names)}",
+            f"Broadcaster: {broadcasters(edge.sources, names)}",
             f"Average rate: {frequency(edge)}",
             f"Most recent transform: {seconds(edge.newest)}",
             f"Oldest transform: {seconds(edge.oldest)}",

@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of a session: they deliver messages when a tick begins and send messages when it ends."""
+"""Publishers and subscriptions of a session; they deliver messages at the beginning of a tick and send messages at its end."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, Publisher, Subscription
 from graphengine.messages.message_template import Encoder
 from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
-from graphengine.ros.transport import Reader
+from graphengine.ros.transport import Reader, Writer
 
 MAX_KEPT = 10_000
 """Maximum number of messages that a subscription with the history keepAll holds between two ticks."""
@@ -27,35 +27,32 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
         self.largest = 0
         self._newest = b""
         self._network = network
-        self._writer = network.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
+        self._end: Writer = network.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
         self._encode = Encoder(network.definitions).encode
 
     def close(self) -> None:
-        """Send pending messages, then release the publisher; it is closed when no other node holds it."""
+        """Send the pending messages of the session, then release the publisher."""
         self._network.flush()
-        if not self.release():
-            return
-        self._writer.close()
-        self._network.leave(self)
+        super().close()
 
     @property
     def wanted(self) -> bool:
-        """Whether messages have a receiver: a matched reader, a sink, or, if the topic is latched, readers that join later."""
+        """Whether messages have a receiver: a matched reader, a sink, or, on a latched topic, a reader that may join later."""
         latched = self.claim.qos.durability == "transientLocal"
-        return latched or self._writer.matched > 0 or bool(self._network.sinks)
+        return latched or self._end.matched > 0 or bool(self._network.sinks)
 
     @property
     def subscribers(self) -> int:
         """Number of matched readers; recorders do not count."""
-        return self._writer.matched
+        return self._end.matched
 
     @property
     def dropped(self) -> int:
         """Number of messages dropped because a reader was too slow."""
-        return self._writer.dropped
+        return self._end.dropped
 
     def publish(self, message: Any) -> None:
-        """Encode a message; its bytes are sent to the transport, sinks and taps at the end of the tick."""
+        """Encode a message and queue it; the tick's end sends it to the transport, sinks and taps."""
         data = self._encode(message)
         if self.topic in self._network.faults.acting:
             self._post_faultily(data)
@@ -65,18 +62,18 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
             self.latest = message
 
     def publish_late(self) -> None:
-        """Publish the messages that a fault has delayed until this tick."""
+        """Queue the messages that a fault has delayed until this tick."""
         if self.topic in self._network.faults.acting:
             self._post_faultily()
 
     def _post_faultily(self, *encoded: bytes) -> None:
-        """Queue, for the end of the tick, the messages that a fault of the topic neither loses nor delays."""
+        """Queue new and delayed messages for the end of the tick, without those that a fault of the topic loses or delays."""
         passed = self._network.faults.passing(self.topic, f"publish {self.claim.node}", encoded)
         self._network.outbox += [(self.send, data) for data in passed]
 
     def send(self, data: bytes) -> None:
         """Send an encoded message to the transport, sinks and taps."""
-        self._writer.write(data)
+        self._end.write(data)
         self._newest = data
         if len(data) > self.largest:
             self.largest = len(data)
@@ -88,7 +85,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
     def repeat(self) -> None:
         """Send the newest message to the transport again, but not to sinks and taps."""
         if self._newest:
-            self._writer.write(self._newest)
+            self._end.write(self._newest)
 
 
 class LiveSubscription(HeldEndpoint, Subscription, Stateful):
@@ -103,28 +100,21 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         """Number of received messages; only the thread that delivers messages changes it."""
         self.malformed = 0
         self._frozen = 0
-        """Number of received messages that nodes could read, or that were discarded when the subscription changed its type."""
+        """Number of received messages that nodes could read, plus those discarded when the subscription changed its type."""
         self._network = network
         depth = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_KEPT
         self._arrived: deque[bytes] = deque(maxlen=MAX_KEPT if claim.topic in network.quotas else depth)
         self._visible: deque[bytes] = deque(maxlen=depth)
-        self._reader = self._open()
+        self._end: Reader = self._open()
 
     def _open(self) -> Reader:
         claim = self.claim
         transport = self._network.transport(claim.ros_context)
         return transport.reader(claim.topic, claim.message_type, claim.qos, self.deliver)
 
-    def close(self) -> None:
-        """Release the subscription; it is closed when no other node holds it."""
-        if not self.release():
-            return
-        self._reader.close()
-        self._network.leave(self)
-
     @property
     def overwritten(self) -> int:
-        """Number of received messages that newer messages replaced in a full queue before nodes could read them."""
+        """Number of received messages that newer messages replaced in the full queue before nodes could read them."""
         return self.heard - self._frozen - len(self._arrived)
 
     @property
@@ -137,13 +127,13 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         types = (self.claim.message_type, *self.claim.alternatives)
         wanted = next((kind for kind in types if kind in published), types[0])
         if wanted != types[0]:
-            self._reader.close()
+            self._end.close()
             self._frozen += len(self._arrived)
             self._arrived.clear()
             self._visible.clear()
             others = tuple(kind for kind in types if kind != wanted)
             self.claim = replace(self.claim, message_type=wanted, alternatives=others)
-            self._reader = self._open()
+            self._end = self._open()
 
     def deliver(self, data: bytes) -> None:
         """Queue a message; called in the transport's thread."""
@@ -153,7 +143,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
     def freeze(self) -> Sequence[bytes]:
         """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile.
 
-        A fault of the topic loses or delays messages for nodes, but not in the result, so that a recording contains all messages.
+        The result also has the messages that a fault of the topic loses or delays for nodes: a recording contains all messages.
         """
         faults, topic = self._network.faults, self.topic
         faulty = topic in faults.acting and all(publisher.topic != topic for publisher in self._network.publishers)
@@ -168,7 +158,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         return arrived
 
     def newest(self) -> Any | None:
-        """Return the newest message that can be decoded, or None; older messages are discarded and count as skipped."""
+        """Return the newest decodable message, or None. Older messages are discarded and count as skipped."""
         while self._visible:
             message = self._decode(self._visible.pop())
             if message is not None:

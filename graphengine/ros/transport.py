@@ -1,6 +1,6 @@
-"""The interface of a transport: it sends and delivers encoded messages on topics and services, whose names are absolute.
+"""The interface of a transport, which sends and delivers encoded messages on topics and services with absolute names.
 
-A package adds a transport with an entry point of the group `graphengine.transports` that refers to a `TransportKind`.
+A package adds a transport with an entry point of the group `graphengine.transports`; the entry point names a `TransportKind`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class JoinOptions:
         definitions: message types.
         patient: whether writers wait for slow reliable readers, up to 100 ms per message, instead of overwriting unread
             messages; for runs that are not in real time. Only endpoints on embedded DDS support this option.
-        because: reason why `--transport auto` chose this transport, for its description; empty if the user chose it.
+        because: reason why `--transport auto` chose this transport, for the description; empty if the user chose the transport.
     """
 
     domain: Domain
@@ -51,18 +51,19 @@ class JoinOptions:
 
 @dataclass(frozen=True, slots=True)
 class TransportKind:
-    """Describes a transport. Importing the description should be fast: `open` imports the implementation.
+    """Describes a transport. The import of a description should be fast: `open` imports the implementation.
 
     Args:
         name: value of `--transport`, and name of the entry point.
-        help: what the transport connects to, in a few words.
+        help: programs to which the transport connects, in a few words.
         open: joins a domain and returns the transport; raises TransportError if joining fails, and TopicError if the name of
             the node is not legal.
         reaches_others: whether messages can leave this process.
-        auto: rank among the transports that `--transport auto` tries, lowest first; None: a user must choose it by name.
+        auto: rank of the transport for `--transport auto`, which tries the lowest rank first; None: a user must name the
+            transport.
         missing: returns the reason why the transport cannot be used on this machine, followed by remedies on further lines;
             None if it can be used.
-        not_for_auto: returns the reason why `auto` leaves out a transport that can be used; None if it does not.
+        not_for_auto: returns the reason why `auto` leaves out a usable transport; None if `auto` does not leave it out.
     """
 
     name: str
@@ -89,16 +90,16 @@ class Writer(Protocol):
 
     @property
     def matched(self) -> int:
-        """Current number of matched readers; a transport that cannot count readers may return a bool."""
+        """Current number of matched readers; a transport that cannot count readers may return whether there is one."""
 
     @property
     def dropped(self) -> int:
         """Number of messages dropped because a reader was too slow."""
 
     def write(self, data: bytes) -> None:
-        """Send a CDR message including its encapsulation header; blocks for at most 100 ms.
+        """Send a CDR message that includes the encapsulation header; blocks for at most 100 ms.
 
-        The transport over an installed ROS 2 is an exception: its RMW determines how long the call may block.
+        On an installed ROS 2, the RMW determines how long the call may block.
         """
 
     def close(self) -> None:
@@ -116,9 +117,9 @@ class TransportServer(Protocol):
     """Delivers the requests of a service until the server or the transport is closed."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
-        """Send a CDR message as the response to a request, at any time after the request was delivered.
+        """Send a CDR message as the response to a request that this server has delivered, at any later time.
 
-        Does nothing if the client is gone, or if the request was not delivered by this server.
+        Does nothing if the client is gone, or if this server has not delivered the request.
 
         Raises:
             TransportError: the server is closed, or the bytes are not a message of the service's type.
@@ -129,11 +130,11 @@ class TransportServer(Protocol):
 
 
 class TransportClient(Protocol):
-    """Calls a service; delivers responses until the client or the transport is closed."""
+    """Calls a service, and delivers responses until the client or the transport is closed."""
 
     @property
     def ready(self) -> bool:
-        """Whether a compatible server exists; without a server, a call is lost."""
+        """Whether a compatible server exists; without one, a call is lost."""
 
     def call(self, request: bytes) -> int:
         """Send a CDR message as a request, without waiting for the response; return the number of the call, starting at 1.
@@ -149,15 +150,15 @@ class TransportClient(Protocol):
 
 
 class Transport(Protocol):
-    """A connection to a network. It owns its writers, readers, servers and clients, and `close` closes them too."""
+    """A connection to a network. The transport owns its writers, readers, servers and clients; `close` closes them too."""
 
     @property
     def description(self) -> str:
-        """One line for users: the implementation, domain and discovery range."""
+        """One line for users with implementation, domain and discovery range."""
 
     @property
     def notices(self) -> Sequence[str]:
-        """Lines for users about what this transport cannot do for the endpoints that are open now."""
+        """Lines for users about limitations of this transport that affect the open endpoints."""
 
     @property
     def spin_time(self) -> float:
@@ -169,13 +170,13 @@ class Transport(Protocol):
 
     @property
     def source(self) -> bytes:
-        """GID of the writer whose message is being delivered, empty if unknown; valid only within `deliver`."""
+        """GID of the writer whose message is being delivered; empty if unknown. Valid only within `deliver`."""
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
         """Create a writer on a topic such as `/dd100_0000/odom`; a `message_type` is, for example, `nav_msgs/msg/Odometry`."""
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """Create a reader; it calls `deliver` with each CDR message, in a thread of the transport or in the writer's thread."""
+        """Create a reader that calls `deliver` with each CDR message, in a thread of the transport or of the writer."""
 
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
@@ -188,7 +189,7 @@ class Transport(Protocol):
             qos: profile of requests and responses.
             deliver: called with each request, in a thread of the transport or of a client.
             node: full name of the node that offers the service, such as `/dd100_0000/dd100`; empty for `Transport.node`.
-                Any other node exists on the network while it has servers. Transports without nodes ignore this argument.
+                Any other node exists on the network while it has servers. A transport without nodes ignores this argument.
         """
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
@@ -196,7 +197,7 @@ class Transport(Protocol):
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers of services, by name of the service."""
+        """A warning for each service with incompatible peers, by the service's name."""
 
     @property
     def rival_services(self) -> Sequence[str]:
@@ -204,17 +205,17 @@ class Transport(Protocol):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
+        """Number of malformed messages dropped on each topic or service, by name: they do not fit the message type."""
 
     @property
     def node(self) -> str:
-        """Full name of this process's node; empty if the transport has no nodes. A server may belong to another node."""
+        """Full name of this process's node; empty if the transport has no nodes. Servers may belong to other nodes."""
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Return all known endpoints, including this transport's; discovery begins with the first call.
 
         Args:
-            asked: topics and directions to look up; None for all. The result may contain other endpoints too.
+            asked: topics and directions to look up; None for all. The result may also contain endpoints that were not asked for.
 
         Raises:
             TransportError: the transport is closed.
@@ -224,7 +225,7 @@ class Transport(Protocol):
         """Publish a message on /rosout if the transport has a node; `severity` is info, warning or error."""
 
     def save(self) -> Any:
-        """Return a copy of the messages and calls that the transport keeps in this process, for `restore`."""
+        """Return a copy of the messages and calls that the transport keeps in this process; `restore` takes the copy."""
 
     def restore(self, saved: Any) -> None:
         """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
@@ -240,13 +241,13 @@ def discover(
     *,
     names: bool = False,
 ) -> NetworkGraph:
-    """Return the ROS graph as soon as `enough` accepts it, at the latest after the discovery time.
+    """Return the ROS graph as soon as `enough` accepts the graph, at the latest after the discovery time.
 
     Args:
         transport: open transport.
-        seconds: time for the discovery of peers, s; None for `Transport.spin_time`. Discovered peers get `PATIENCE` s more
+        seconds: time for the discovery of peers, s; None for `Transport.spin_time`. Discovered peers get another `PATIENCE` s
             to announce their endpoints.
-        enough: called with the graph again and again; a true result ends the wait.
+        enough: called repeatedly with the current graph; a true result ends the wait.
         names: whether to wait for the names of nodes too.
     """
     begun = time.monotonic()
@@ -260,7 +261,7 @@ def discover(
 
 
 def brief(description: str) -> str:
-    """Return the transport and the domain of a transport's description in two words, such as `embedded DDS, domain 72`."""
+    """Return a short form of a transport's description: transport and domain, such as `embedded DDS, domain 72`."""
     name, *further = description.partition(";")[0].split(", ")
     kind = re.split(r"[ :]", name)[0]
     return ", ".join(["embedded DDS" if kind == "dds" else kind, *further[:1]])

@@ -1,6 +1,6 @@
-"""Finds ports and variables of running graphs by address.
+"""Finds ports and variables of running graphs.
 
-The address of a port is `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`.
+A port has an address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_run import GraphRun
 
 SIDES: tuple[Side, ...] = ("outputs", "inputs", "state")
-"""Sides on which a port name without a side is looked up, in this order."""
+"""Order in which the sides of a node are searched for a port name without a side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class NodePort:
     """A port of a node in a running graph, whose value can be read and set."""
 
     address: str
-    """Full address, such as `robot/graph/Node.port`; it includes the side if the pattern that found the port did."""
+    """Full address, such as `robot/graph/Node.port`; with the side if the search pattern had a side."""
     executor: Executor
     index: int
     port: Port
@@ -41,7 +41,7 @@ class NodePort:
         return getattr(self.executor.nodes[self.index], self.port.field)
 
     def put(self, value: Any) -> None:
-        """Set the port, an unwired input, to a value; `convert` checks and converts values for this method.
+        """Set the port, an unwired input, to a value that `convert` returned.
 
         Raises:
             GraphError: a node cannot be set up with the value. The port keeps its old value.
@@ -51,11 +51,11 @@ class NodePort:
     def convert(self, value: Any, *, recorded: bool = False) -> Any:
         """Return a value converted to the type of the port, which must be an unwired input.
 
-        All ways to set an input of a running graph call this method. A value that the input already has is legal.
+        All ways to set an input of a running graph call this method. The input's current value is legal.
 
         Args:
             value: value as in a graph file.
-            recorded: whether the value comes from a recording; then it need not be within the port's bounds.
+            recorded: whether the value comes from a recording; such a value may exceed the port's bounds.
 
         Raises:
             UsageError: the input is wired, or the value is not legal for the port.
@@ -136,9 +136,9 @@ def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVa
 
 
 def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
-    """Return the ports that match a pattern: a port's address or the last parts of an address; each part may be a glob.
+    """Return the ports that match a pattern: the address of a port, or the last parts of an address, as globs.
 
-    A pattern that contains the full path of a node matches only ports of this node. The pattern `*` matches all ports.
+    A pattern with the full path of a node matches only ports of this node. The pattern `*` matches all ports.
 
     Args:
         runs: running graphs to search.
@@ -159,23 +159,21 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
     if found:
         return found
     if not matching:
-        paths = [known for known, _, _ in nodes]
-        raise UsageError(
-            f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r} is no address; write NODE.PORT"
-        )
+        if not path:
+            raise UsageError(f"{pattern!r} is no address; write NODE.PORT")
+        raise UsageError(f"{pattern}: {no_node(path, [known for known, _, _ in nodes])}")
     classes = (type(executor.nodes[index]) for _, executor, index in matching)
     raise UsageError(f"{pattern}: {no_port(classes, name, sides)}")
 
 
 def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
-    """Return the only port that matches an address; leading parts may be omitted if the rest is unambiguous.
+    """Return the only port that matches an address; leading parts of the address may be omitted.
 
     Raises:
         UsageError: no port or several ports match.
     """
     found = find_ports(runs, address)
-    if len(found) > 1:
-        found = [port for port in found if port.address == address] or found
+    found = [port for port in found if port.address == address] or found
     if len(found) > 1:
         ports = listing([port.address for port in found], "write one of")
         raise UsageError(f"{address} could mean {len(found)} ports\n  {ports}")
@@ -183,7 +181,7 @@ def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
 
 
 def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
-    """Yield path, executor and index of each node of the graphs, without the gates that the compiler inserts for `every`."""
+    """Yield path, executor and index of each node of the graphs, except for gates that the compiler inserts for `every`."""
     for run in runs:
         for instance in run.executor.graph.instances:
             if not instance.part_of:
@@ -191,7 +189,7 @@ def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
 
 
 def _ports(path: str, executor: Executor, index: int, pattern: str, sides: Sequence[Side]) -> Iterator[NodePort]:
-    """Yield the ports of a node whose names match a pattern; of ports with equal names, only the one on the first side."""
+    """Yield the ports of a node whose names match a pattern; of equal names, only the port on the first side."""
     cls: type[Node] = type(executor.nodes[index])
     side, colon, name = pattern.partition(":")
     given = bool(colon) and side in SIDES

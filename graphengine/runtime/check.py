@@ -1,4 +1,4 @@
-"""Checks graphs without running them: sets up all nodes in a world without physics, compares their topics, and runs the lints."""
+"""Checks graphs without a run: sets up all nodes in a world without physics, compares the nodes' topics, and runs the lints."""
 
 from __future__ import annotations
 
@@ -40,45 +40,25 @@ def check_graphs(
         graphs: graphs to check, in execution order.
         world: world that has the prims of the scene.
         findings: receives errors, warnings and notes.
-        prims_known: whether `world` has the prims of a scene; if not, missing prims are no errors.
-        beside: graphs that run before `graphs` and were already checked.
+        prims_known: whether `world` has the prims of a scene; if not, missing prims are not errors.
+        beside: graphs that were already checked and run before `graphs`.
         claimed: topics and services that the nodes of `beside` claim.
-        permissions: what the nodes may read and run; None permits nothing.
+        permissions: permissions of the nodes; None permits nothing.
     """
     for graph in graphs:
         lint_structure(graph, findings)
     dry = DryWorld(world.stage, world.tick_period, world.substeps)
-    claims = dry_setup(graphs, dry, findings, prims_known=prims_known, permissions=permissions)
-    if prims_known:  # else it is not known how often there is a tick
-        lint_rates(graphs, dry, findings)
-    lint_claims(LintContext([*beside, *graphs], world.stage, [*claimed, *claims], findings))
-    return claims
-
-
-def dry_setup(
-    graphs: Sequence[Graph],
-    world: World,
-    findings: Findings,
-    *,
-    prims_known: bool,
-    permissions: Permissions | None = None,
-) -> list[EndpointClaim]:
-    """Set up all nodes in a world, without a network; return the topics and services that the nodes claim.
-
-    Args:
-        graphs: graphs in execution order.
-        world: world in which the nodes look up prims.
-        findings: receives errors and notes.
-        prims_known: whether the world has the prims of a scene; if not, missing prims are no errors.
-        permissions: what the nodes may read and run; None permits nothing.
-    """
-    services = Services(world, Network(), permissions=permissions or Permissions())
+    services = Services(dry, Network(), permissions=permissions or Permissions())
     for graph in graphs:
-        _dry_setup_graph(graph, services, findings, prims_known=prims_known)
+        _set_up(graph, services, findings, prims_known=prims_known)
+    if prims_known:  # otherwise the rate of ticks is unknown
+        lint_rates(graphs, dry, findings)
+    lint_claims(LintContext([*beside, *graphs], world.stage, [*claimed, *services.claims], findings))
     return services.claims
 
 
-def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, prims_known: bool) -> None:
+def _set_up(graph: Graph, services: Services, findings: Findings, *, prims_known: bool) -> None:
+    """Set up the nodes of a graph without a network, and add the errors to `findings`."""
     skipped = 0
     faulty, failed = _faulty(graph, findings), set[int]()
     sources: dict[int, set[int]] = {}
@@ -90,7 +70,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
         failed.add(index)
         if index in faulty and _follows(graph.instances[index], error):
             return
-        if sources.get(index, set()) & failed:  # it may lack only what a failed node would have told it
+        if sources.get(index, set()) & failed:  # it may lack only the outputs of a failed node
             return
         if isinstance(error, PrimError | JointError) and not prims_known:
             skipped += 1
@@ -103,7 +83,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
         robot = services.stage.robot_of(prim)
         if robot is not None and not services.stage.is_literal(path, prim):
             _, span = graph.instances[index].asking(path)
-            below = prim.path.removeprefix(f"{robot.path}/")  # a fleet has one note, not one a robot
+            below = prim.path.removeprefix(f"{robot.path}/")  # so that a fleet gets one note, not one for each robot
             findings.add("N105", f"the path omits links; the full path within the robot is {below}", span)
     if skipped:
         nodes = f"{skipped} nodes of graph {graph.name} use" if skipped > 1 else f"a node of graph {graph.name} uses"
@@ -114,7 +94,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
 
 
 def _faulty(graph: Graph, findings: Findings) -> set[int]:
-    """Return the indices of the nodes for which an error was already reported; an error in their setup may be a consequence."""
+    """Return the indices of the nodes for which an error was already reported, and may be the cause of a setup error."""
     told = {str(finding.span) for finding in findings.errors}
     refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()
@@ -125,7 +105,7 @@ def _faulty(graph: Graph, findings: Findings) -> set[int]:
 
 
 def _places(entry: NodeEntry) -> Iterator[str]:
-    """Yield the file positions of a node, its input keys and its input values, as text `path:line:column`."""
+    """Yield the file positions of a node's key, input keys and input values, as text `path:line:column`."""
     yield str(entry.key_span())
     for name in entry.spec.inputs:
         yield str(entry.span("inputs", name))
@@ -133,9 +113,9 @@ def _places(entry: NodeEntry) -> Iterator[str]:
 
 
 def _follows(instance: Instance, error: GraphError) -> bool:
-    """Return whether an error in the setup of a node is a consequence of an error that was already reported.
+    """Return whether a setup error of a node follows from an error that was already reported for the node.
 
-    The result is true if the setup error concerns an empty value, an input whose value was reported as wrong, or no input.
+    The result is true if the setup error is about an empty value, about an input whose value was refused, or about no input.
     """
     if not isinstance(error, ContextError) or error.value == "":
         return True
@@ -143,13 +123,13 @@ def _follows(instance: Instance, error: GraphError) -> bool:
 
 
 def _refused(graph: Graph) -> list[WireEntry]:
-    """Return the wires of the file that the resolved graph does not have, because of errors."""
+    """Return the wires of the file that the resolved graph lacks because of errors."""
     made = {id(wire.entry) for wire in (*graph.data_wires, *graph.exec_wires)}
     return [entry for entry in graph.flat.wires if id(entry) not in made]
 
 
 def explain(instance: Instance, error: GraphError) -> Finding:
-    """Return the finding for a failed setup of a node, at the position of the input that caused it if that is known."""
+    """Return the finding for a failed setup of a node, if possible at the position of the input that caused the error."""
     via = instance.entry.via
     if isinstance(error, ContextError):
         return instance.refusal(error)
@@ -163,7 +143,7 @@ def explain(instance: Instance, error: GraphError) -> Finding:
 def lint_structure(graph: Graph, findings: Findings) -> None:
     """Add a warning for each node that never runs.
 
-    Graphs with wires that have errors are skipped, and so are files that declare ports for their use as a subgraph.
+    Skipped are graphs whose wires have errors, and files that declare ports for use as a subgraph.
     """
     if _refused(graph) or graph.flat.unread or graph.flat.declared:
         return
@@ -184,7 +164,7 @@ def lint_structure(graph: Graph, findings: Findings) -> None:
 
 
 def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> None:
-    """Add a warning for each `every: {hz: …}` that is higher than the rate at which its node is executed."""
+    """Add a warning for each `every: {hz: …}` above the rate at which the node is executed."""
     for graph in graphs:
         passes = 1.0 / _clock(graph, world).delta
         for gate in graph.instances:
@@ -210,15 +190,13 @@ def lint_claims(context: LintContext) -> None:
     check_stamps(context)
     _check_transforms(context)
     for code in sorted(LINTS):
-        for function in sorted(
-            LINTS[code], key=lambda function: function.__module__
-        ):  # in whatever order they were imported
+        for function in sorted(LINTS[code], key=lambda function: function.__module__):  # the import order has no effect
             function(context)
 
 
 def _check_places(context: LintContext) -> None:
-    """Add a warning for each graph of a robot whose prim is outside of the robot, where the robot's namespace does not apply."""
-    told: set[str] = set()  # a fleet has one mistake, not one a robot
+    """Add a warning for each robot's graph whose prim is not below the robot: the robot's namespace does not apply there."""
+    told: set[str] = set()  # a fleet gets one warning, not one for each robot
     prims = {name: robot.path for name, robot in context.stage.robots().items()}
     for graph in context.graphs:
         robot, _, name = graph.name.partition("/")
@@ -227,7 +205,7 @@ def _check_places(context: LintContext) -> None:
         if not name or at_or_below(path, own) or str(document.path) in told or "$(" in path:  # an undeclared parameter
             continue
         told.add(str(document.path))
-        below = path.removeprefix("/World").split("/")[2:]  # below the robot that the graph was written for
+        below = path.removeprefix("/World").split("/")[2:]  # the path below the robot for which the graph was written
         context.findings.add(
             "W107",
             f"graph {name} of robot {robot} has the prim path {path}, which is not below {own}",
@@ -260,7 +238,7 @@ def _check_servers(context: LintContext) -> None:
 
 
 def _later(claims: Iterable[EndpointClaim]) -> Iterator[tuple[EndpointClaim, EndpointClaim]]:
-    """Yield each claim of a topic or service that an earlier claim names too, and the first claim of this topic or service."""
+    """Yield each later claim of a topic or service, together with the first claim of the same topic or service."""
     first: dict[tuple[int, str, bool], EndpointClaim] = {}
     for claim in claims:
         other = first.setdefault((_domain(claim), claim.topic, claim.is_service), claim)
@@ -269,19 +247,19 @@ def _later(claims: Iterable[EndpointClaim]) -> Iterator[tuple[EndpointClaim, End
 
 
 def _domain(claim: EndpointClaim) -> int:
-    """Return the handle of the claim's ROS 2 domain; without a ROS2Context, that of domain 0, which a run may change."""
+    """Return the handle of the claim's ROS 2 domain; without a ROS2Context, the handle of domain 0."""
     return claim.ros_context or 1
 
 
 def _what(claim: EndpointClaim) -> tuple[str, str, str]:
-    """Return the kind of a claimed endpoint (`topic`, `service` or `action`), its name and its type."""
+    """Return for a claimed endpoint: `topic`, `service` or `action`, then the name and the type."""
     if action := action_of(claim.topic):
         return "action", action, claim.message_type.rpartition("_")[0]
     return "service" if claim.is_service else "topic", claim.topic, claim.message_type
 
 
 def _is_told_elsewhere(claim: EndpointClaim) -> bool:
-    """Return whether a claim is an endpoint of an action but not `send_goal`, the one for which conflicts are reported."""
+    """Return whether a claim is an endpoint of an action other than `send_goal`; conflicts are reported for `send_goal`."""
     return bool(action_of(claim.topic)) and not claim.topic.endswith("/send_goal")
 
 

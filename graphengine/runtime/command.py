@@ -15,24 +15,24 @@ from graphengine.runtime.session_core import SessionCore
 
 EntityName = Annotated[str, Field(min_length=1, max_length=1000)]
 JointNumbers = dict[EntityName, float]
-"""A number for each joint, by the joint's name."""
+"""A dict from joint names to numbers."""
 
 
 class Command(Spec):
-    """Base class of the commands, which a session executes between two ticks; the fields are the arguments in JSON."""
+    """Base class of the commands that a session executes between two ticks; the fields are the arguments in JSON."""
 
     recorded: ClassVar[bool] = False
-    """Whether the command affects the simulation; recordings contain only such commands, and replays accept no others."""
+    """Whether the command affects the simulation; recordings and replays have only such commands."""
     admitted: ClassVar[bool] = False
-    """Whether `apply` calls `SessionCore.admit`, which refuses the command within a tick and after the session failed."""
+    """Whether `apply` calls `SessionCore.admit`, which refuses the command within a tick and in a failed session."""
 
     @classmethod
     def command_name(cls) -> str:
-        """Return the name of the command in `graphrun ctl` and in recordings; by default, that of the class in lower case."""
+        """Return the name of the command in `graphrun ctl` and in recordings: by default, the class's name in lower case."""
         return cls.__name__.lower()
 
     def apply(self, session: SessionCore) -> Any:
-        """Execute the command in the session's thread, between two ticks; return a result that can be written as JSON."""
+        """Execute the command in the session's thread, between two ticks; return a result of JSON types."""
         if self.admitted:
             session.admit()
         return self._apply(session)
@@ -54,11 +54,11 @@ def find_robot(session: SessionCore, name: str) -> Prim:
 
 
 class ChangeCommand(Command):
-    """Base class of the commands that change the world or nodes; recordings contain them when they succeed."""
+    """Base class of the commands that change the world or nodes; a recording contains each command that succeeded."""
 
     recorded = True
     admitted = True
 
     def _record(self, session: SessionCore, **arguments: Any) -> None:
-        """Record that the command was executed, with arguments that mean the same in a replay."""
+        """Record the executed command, with arguments that have the same effect in a replay."""
         session.note(self.command_name(), arguments)

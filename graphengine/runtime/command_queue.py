@@ -19,18 +19,18 @@ from graphengine.runtime.session_core import SessionCore
 MAX_WAITING = 1000
 """Maximum number of waiting commands; further commands are refused."""
 SHARE = 0.01
-"""CPU time that commands may take between two ticks, s; commands that do not start in this time wait for the next tick."""
+"""CPU time for commands between two ticks, s; a command that cannot start in this time waits for the next tick."""
 
 
 Action = Callable[[SessionCore], Any]
-"""A function that the session's thread calls with the session as argument; its result completes the command's future."""
+"""A function that the session's thread calls with the session; the result completes the command's future."""
 
 
 class CommandQueue:
     """A queue for commands from any thread; the session executes them between two ticks, in order of arrival.
 
-    Futures are completed in the session's thread, where their callbacks also run. A future gets the exception that the session
-    raised, a `UsageError` if the command is invalid, or a `StateError` if the session has ended or too many commands are waiting.
+    The session's thread completes the futures and runs their callbacks. A future gets the exception that the session raised, a
+    `UsageError` if the command is invalid, or a `StateError` if the session has ended or too many commands are waiting.
 
     Args:
         clock: function that returns the CPU time of the session's thread, s.
@@ -49,22 +49,17 @@ class CommandQueue:
         try:
             return self.ask(parse(name, arguments).apply)
         except UsageError as error:
-            answer: Future[Any] = Future()
-            answer.set_exception(error)
-            return answer
+            return _failed(error)
 
     def ask(self, action: Action) -> Future[Any]:
         """Queue a function that the session's thread calls with the session; return the future of its result. Thread-safe."""
-        answer: Future[Any] = Future()
-        try:
-            with self._lock:
-                if self._closed:
-                    raise StateError(self._closed)
-                if self._arrived.qsize() >= MAX_WAITING:
-                    raise StateError(f"the queue is full: {MAX_WAITING} commands are waiting")
-                self._arrived.put((action, answer))
-        except UsageError as error:
-            answer.set_exception(error)
+        answer = Future[Any]()
+        with self._lock:
+            if self._closed:
+                return _failed(StateError(self._closed))
+            if self._arrived.qsize() >= MAX_WAITING:
+                return _failed(StateError(f"the queue is full: {MAX_WAITING} commands are waiting"))
+            self._arrived.put((action, answer))
         return answer
 
     def serve(self, session: SessionCore) -> None:
@@ -84,12 +79,12 @@ class CommandQueue:
         advancing = session.advancing
         try:
             result = action(session)
-        except RecordingError as error:  # it was done, and the run cannot be recorded any more
+        except RecordingError as error:  # the command was executed, but the run can no longer be recorded
             answer.set_exception(error)
             raise
         except (GraphError, OSError) as error:
             answer.set_exception(error)
-        except Exception as error:  # an internal error; it must not end the run of the client that asked
+        except Exception as error:  # an internal error, which must not end the run
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = f"a request failed with an internal error: {type(error).__name__}: {error}"
             session.services.log("error", "", f"{text}\n  {place.filename}:{place.lineno}, in {place.name}")
@@ -98,7 +93,7 @@ class CommandQueue:
             answer.set_exception(error)
             raise
         else:
-            if session.advancing and not advancing:  # it is done when its ticks ran
+            if session.advancing and not advancing:  # the command `step` is complete when its ticks have run
                 self._stepping = (session.ticks + session.advancing, answer)
             else:
                 answer.set_result(result)
@@ -115,14 +110,14 @@ class CommandQueue:
             answer.set_result(None)
 
     def wait(self, seconds: float) -> None:
-        """Sleep until a command arrives or `wake` is called, but at most for `seconds`."""
+        """Sleep until a command arrives or `wake` is called, for at most `seconds`."""
         if self._taken:
             return
         with contextlib.suppress(queue.Empty):
             self._taken.append(self._arrived.get(timeout=seconds))
 
     def wake(self) -> None:
-        """End the current or next `wait`. Thread-safe, and safe in a signal handler, because `SimpleQueue` is reentrant."""
+        """End the current or next `wait`. Thread-safe; also safe in a signal handler, because `SimpleQueue` is reentrant."""
         self._arrived.put(None)
 
     def close(self, reason: str) -> None:
@@ -137,3 +132,10 @@ class CommandQueue:
                 left.append(request[1])
         for answer in left:
             answer.set_exception(StateError(reason))
+
+
+def _failed(error: UsageError) -> Future[Any]:
+    """Return a future with an exception."""
+    answer = Future[Any]()
+    answer.set_exception(error)
+    return answer

@@ -1,7 +1,7 @@
 """The commands of a session, one class for each command; the fields of a class are the arguments of the command.
 
-`graphrun ctl`, the Python API and replays give the name of a command and its arguments as JSON types, from which `parse` creates
-the object. The services of simulation_interfaces and the keyboard of a run create the objects directly.
+`graphrun ctl`, the Python API and replays give `parse` the name of a command and the arguments as JSON types. The services of
+simulation_interfaces and the keyboard of a run create objects of the classes directly.
 """
 
 from __future__ import annotations
@@ -22,13 +22,15 @@ from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
-from graphengine.runtime.command import ChangeCommand, Command, EntityName
+from graphengine.runtime.command import ChangeCommand, Command, EntityName, find_robot
+from graphengine.runtime.edit_commands import Place, Redo, Save, Undo
 from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, ResetRobot, Spawn
 from graphengine.runtime.fault_commands import Fault, Mend
 from graphengine.runtime.joint_command import JointCommand
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import SCOPES, ResetScope
+from graphengine.runtime.why.explanation import explain
 
 MAX_TICKS = 10_000_000
 """Maximum number of ticks of one `step`."""
@@ -73,7 +75,7 @@ class Stop(Command):
 
 
 class Step(Command):
-    """Run a number of single ticks in a paused or stopped session; the command completes after the last tick."""
+    """Run a number of single ticks in a paused or stopped session; the command is complete after the last tick."""
 
     ticks: int = Field(default=1, ge=1, le=MAX_TICKS)
 
@@ -143,7 +145,7 @@ class Assign(ChangeCommand):
 
 
 class Impulse(ChangeCommand):
-    """Fire an OnImpulseEvent node in the next tick; several impulses before a tick count as one."""
+    """Fire an OnImpulseEvent node in the next tick; several impulses before the tick count as one."""
 
     node: EntityName
     """Prim path of the OnImpulseEvent node, or its last parts if they identify the node."""
@@ -171,7 +173,7 @@ class Press(_Keys):
 
 
 class Release(_Keys):
-    """Release keys; a key that was pressed after the last tick still counts as down in the next tick."""
+    """Release keys; a key pressed since the last tick still counts as down in the next tick."""
 
     def _apply(self, session: SessionCore) -> None:
         session.services.keys.release(self.keys)
@@ -207,7 +209,7 @@ class Checkpoint(Command):
 
 
 class Restore(Command):
-    """Restore the state that a checkpoint saved; messages that were already sent cannot be recalled."""
+    """Restore the state of a checkpoint; messages that were already sent cannot be recalled."""
 
     recorded = True
 
@@ -224,16 +226,17 @@ class Restore(Command):
 
 
 class State(Command):
-    """Return the state of the session: playing or not, time, rate, robots and objects, and counts of problems."""
+    """Return the state of the session: state, time, rate, robots, objects and problems."""
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
         robots = list(session.services.stage.prims("robot"))
         paths = {robot.path for robot in robots}
         dropped = session.services.dropped
-        faults = [*session.services.world.faults.acting, *session.services.network.faults.acting]
-        counts = {
+        problems = {
             "dropped_values": dict(dropped.ticks) if dropped is not None else {},
             "clamped_commands": dict(session.services.world.clamped_commands),
+            "faults": [*session.services.world.faults.acting, *session.services.network.faults.acting],
+            "findings": list(session.findings),
         }
         return {
             "state": session.state,
@@ -247,14 +250,12 @@ class State(Command):
                 for entity in session.services.world.entities.all()
                 if entity.kind == "object" and entity.prim_path not in paths
             ],
-            **{name: count for name, count in counts.items() if count},
-            **({"faults": faults} if faults else {}),
-            **({"findings": list(session.findings)} if session.findings else {}),
+            **{name: found for name, found in problems.items() if found},
         }
 
 
 def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
-    """Return name, namespace, pose in the world and origin (spawned or not) of a robot, as JSON types."""
+    """Return name, namespace and pose in the world of a robot, and whether the robot was spawned, as JSON types."""
     state = session.services.world.entities.state(prim.entity_name)
     return {
         "name": prim.entity_name,
@@ -273,11 +274,22 @@ class Topics(Command):
         return {"topics": {claim.topic: claim.message_type for claim in claims if not claim.is_service}}
 
 
+class Why(Command):
+    """Explain why a robot stands still: `sentence`, and `evidence` as a list of texts."""
+
+    robot: EntityName
+    paused_counts: bool = True
+    """Whether a paused session is a cause; false for programs that run single ticks themselves."""
+
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
+        return asdict(explain(session, find_robot(session, self.robot), paused_counts=self.paused_counts))
+
+
 class View(Command):
-    """Return the URL of the session's web page, empty while the page starts; if the page's process has ended, start it again.
+    """Return the URL of the session's web page, empty while the page starts; if the page's process has ended, start a new one.
 
     Attributes:
-        waiting: whether an earlier command asked for the page; then raise an error instead of starting it again.
+        waiting: whether an earlier command started the page; if its process has ended, the command then raises an error.
     """
 
     waiting: bool = False
@@ -297,17 +309,17 @@ class Quit(Command):
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, ResetRobot, Push)
 _KINDS += (JointCommand, Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance)
-_KINDS += (Fault, Mend, Topics, View, Quit)
+_KINDS += (Save, Place, Undo, Redo, Fault, Mend, Topics, Why, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 
 
 def parse(name: str, arguments: Any = None) -> Command:
-    """Return the command object for a name and arguments.
+    """Return the command with this name and these arguments.
 
     Args:
         name: name of the command in `COMMANDS`.
-        arguments: mapping of argument names to JSON types; None: no arguments.
+        arguments: a dict from argument names to JSON values; None: no arguments.
 
     Raises:
         UsageError: the name is unknown, or the arguments are invalid.

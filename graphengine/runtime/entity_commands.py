@@ -1,4 +1,4 @@
-"""The commands that add, remove, place and push robots and objects, or measure the space around them."""
+"""The commands that add, remove, place and push robots and objects, and the command `clearance`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from graphengine.runtime.session_core import SessionCore
 
 
 class _Placing(ChangeCommand):
-    """Base class of the commands that place an entity at a pose; refused if the entity would overlap others, except a floor."""
+    """Base class of the commands that place an entity; refused if the entity would overlap another one, except a floor."""
 
     force: bool = False
     """Whether to place the entity even if it overlaps others; physics then pushes them apart."""
@@ -52,7 +52,7 @@ class Delete(ChangeCommand):
 
 
 class Move(_Placing):
-    """Move a robot or an object of the world. Its joints keep their state; its velocity becomes 0 unless one is given."""
+    """Move a robot or an object of the world. Joints keep their state; the velocity becomes 0 unless one is given."""
 
     entity: EntityName
     position: Annotated[tuple[float, ...], Field(strict=False)] | None = None
@@ -63,9 +63,9 @@ class Move(_Placing):
     angular: Vector | None = None
     """Angular velocity about the axes of the world, rad/s."""
     odometry: Literal["continues", "jumps"] | None = None
-    """Whether ground-truth odometry continues with its pose before the move (REP 105), or jumps with the entity.
+    """Whether ground-truth odometry continues from the pose before the move (REP 105), or jumps with the entity.
 
-    None stands for `continues`, but in recordings of older versions, which have no such argument, for `jumps`.
+    None means `continues`; in recordings of older versions, which lack this argument, None means `jumps`.
     """
 
     @model_validator(mode="after")
@@ -79,7 +79,7 @@ class Move(_Placing):
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
         position, turned = self._place(session), self.orientation
-        # A quaternion as it was given, to the last bit, so that a replay does the same.
+        # A given quaternion is used unchanged to the last bit, so that a replay does the same.
         orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
         to, world = entities.Move(position, orientation, self.linear, self.angular), session.services.world
         odometry = self.odometry or ("jumps" if session.inbox.replays else "continues")
@@ -101,7 +101,7 @@ class Move(_Placing):
 class ResetRobot(_Placing):
     """Return one robot to its initial pose, joint positions and commands, with zero velocities; time and graphs continue.
 
-    Its sensors are reset, forces on it end, and it releases what it grips.
+    The robot's sensors are reset, forces on the robot end, and its grippers release their objects.
     """
 
     robot: EntityName
@@ -111,7 +111,7 @@ class ResetRobot(_Placing):
     joints: JointNumbers = Field(default_factory=dict)
     """Positions by joint name, rad or m; drives hold these joints there. Other joints return to their initial positions."""
     keyframe: EntityName | None = None
-    """Keyframe of the robot's MuJoCo model, in place of the initial state."""
+    """Keyframe of the robot's MuJoCo model, instead of the initial state."""
 
     @classmethod
     def command_name(cls) -> str:
@@ -148,11 +148,11 @@ class ResetRobot(_Placing):
 
 @contextmanager
 def _moving(session: SessionCore, entity: str) -> Iterator[None]:
-    """Within the block, an entity is moved: the session counts as disturbed, and ground-truth odometry continues.
+    """Return a context that moves an entity: the session then counts as disturbed, and ground-truth odometry continues.
 
     Args:
         session: the session.
-        entity: prim path of the entity; empty if odometry is to jump with it.
+        entity: prim path of the entity; empty if odometry jumps with the entity.
     """
     frame = session.services.world.frame(session.services.stage.find(entity)) if entity else None
     before = frame.pose() if frame is not None else None
@@ -163,14 +163,14 @@ def _moving(session: SessionCore, entity: str) -> Iterator[None]:
 
 
 def _carry(session: SessionCore, entity: str, before: Pose, after: Pose) -> None:
-    """Tell all nodes that have a method `carry` that the entity at a prim path was moved between two poses in the world."""
+    """Call the method `carry` of all nodes that have it: the entity at a prim path was moved between two poses in the world."""
     for node in itertools.chain.from_iterable(run.executor.nodes for run in session.graphs):
         if (carry := getattr(node, "carry", None)) is not None:
             carry(entity, before, after)
 
 
 def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
-    """Return the result of a command that placed an entity: `warnings`, with a text if it overlaps others; log the text."""
+    """Return the result of a command that placed an entity: `warnings`, with a text if the entity overlaps others, and log it."""
     text = entities.warning(name, session.services.world.entities.overlaps(name))
     if text:
         session.services.log("warning", "", text)
@@ -178,7 +178,7 @@ def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
 
 
 class Push(ChangeCommand):
-    """Apply a force or an impulse to a robot or an object, from the next physics step on; an impulse acts evenly over time."""
+    """Apply a force or an impulse to a robot or an object from the next physics step on; an impulse acts evenly over time."""
 
     entity: EntityName
     force: Vector | None = None
@@ -208,16 +208,16 @@ class Push(ChangeCommand):
 
 
 class Clearance(Command):
-    """Return what stands close to an entity at another position, whichever way it turns there: `near`, a distance (m) by name.
+    """Return `near`: the name of each obstacle close to an entity at another position, in any orientation, with its distance (m).
 
-    The state of the simulation does not change. All that the entity can drive over, up to 5 cm high, is left out.
+    The state of the simulation does not change. Obstacles up to 5 cm high, over which the entity can drive, are left out.
     """
 
     entity: EntityName
     position: Annotated[tuple[float, float], Field(strict=False)]
     """Position of the entity's prim in the world frame, x and y, m; its height stays."""
     margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
-    """Largest distance of an obstacle that counts, m."""
+    """Largest distance of a reported obstacle, m."""
 
     def _apply(self, session: SessionCore) -> dict[str, dict[str, float]]:
         return {"near": dict(session.services.world.entities.clearance(self.entity, self.position, self.margin))}

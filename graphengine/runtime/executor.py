@@ -17,27 +17,26 @@ from graphengine.node.port import Port
 from graphengine.runtime.node_faults import NodeFaults
 
 ContextFactory = Callable[[int], Context]
-"""A function that returns a new context for the node with the given index, and closes the handles of its previous context."""
+"""A function that returns a new context for the node with an index, and closes the handles of the node's previous context."""
 
 Observed = Callable[[bool], None]
 """A function that switches the observation of passes on (True) or off (False)."""
 
 
 class Predecessors(Protocol):
-    """The state that nodes of a changed graph take over from the nodes that they replace."""
+    """Gives the nodes of a changed graph the state of the nodes that they replace."""
 
     def before_setup(self, index: int) -> bool:
-        """Restore the state that the node with this index takes over, before its setup; return False to skip the setup."""
+        """Restore the state of the node with this index before the node's setup; return False to skip the setup."""
 
     def after_setup(self, index: int) -> None:
-        """Restore the state that the node with this index takes over, after its setup, which may have changed it."""
+        """Restore the state of the node with this index again, because the node's setup may have changed the state."""
 
 
 class Executor:
     """Runs the plan of a graph.
 
-    After an exception that `faults` handles, the run continues, but the nodes that the failed node would have fired do not run in
-    this pass.
+    After an exception that `faults` handles, the pass continues without the nodes that the failed node would have fired.
 
     Args:
         graph: graph with a plan.
@@ -54,7 +53,7 @@ class Executor:
         self._context_of = context_of
         self._failed: set[int] = set()
         self._active: dict[int, None] = {}
-        """Indices of the active latent nodes, in order of execution; a node that starts again keeps its position."""
+        """Indices of the active latent nodes, in order of execution; a restarted node keeps its position."""
         self._outputs_of_setup: dict[int, dict[str, Any]] = {}
         self._functions = codegen.bind(
             self.plan, nodes, self._setup_again, self._active.setdefault, faults.end_branch, faults.caught, self._failed
@@ -65,11 +64,11 @@ class Executor:
         self._set_pins()
 
     def node(self, node_id: str) -> Node:
-        """Return the node with an id, which is its name in the file; for a node in a subgraph, `Instance/Node`."""
+        """Return the node with an id: the node's name in the file, or `Instance/Node` for a node in a subgraph."""
         return self.nodes[self.graph.by_id(node_id).index]
 
     def save(self) -> Any:
-        """Return a copy of the state of all nodes, including which are active, stale, or failed in setup."""
+        """Return a copy of the state of all nodes, with the sets of nodes that are active, stale, or failed in setup."""
         flags = {name: self._functions[name] for name in self._flags}
         outputs = {index: dict(values) for index, values in self._outputs_of_setup.items()}
         nodes = [self._call(index, node.save) for index, node in enumerate(self.nodes)]
@@ -80,7 +79,7 @@ class Executor:
 
         Args:
             saved: state of a graph with the same plan.
-            again: indices of the nodes that were set up after `save`; they are set up again with the saved inputs.
+            again: indices of the nodes that were set up after `save`, and are now set up again with the saved inputs.
 
         Raises:
             GraphError: a node can no longer be set up.
@@ -101,7 +100,7 @@ class Executor:
         self.faults.set_later = set(set_later)
 
     def _set_pins(self) -> None:
-        """Set the numbers of firings in the wired execution inputs: 0 if the generated code writes them, otherwise constantly 1.
+        """Set each wired execution input, a number of firings: to 0 if the generated code writes the input, else to 1.
 
         In a push graph, control inputs are 0 and all other execution inputs are 1.
         """
@@ -120,12 +119,12 @@ class Executor:
     ) -> None:
         """Set up all nodes in the plan's order.
 
-        Constant data nodes, and data nodes whose outputs other nodes read in `setup`, are also computed.
+        Also compute constant data nodes, and data nodes whose outputs other nodes read in `setup`.
 
         Args:
             failed: called with the index of each node that cannot be set up, and the error; setup then continues.
                 None: the first error is raised.
-            predecessors: state to take over from another graph that this graph replaces; None: all nodes start with new state.
+            predecessors: state from the replaced graph; None: all nodes start with new state.
 
         Raises:
             GraphError: a node requested something that does not exist or is not allowed.
@@ -144,7 +143,7 @@ class Executor:
                 if index in constant:
                     self._call(index, self.nodes[index].compute)
                 elif index in self.plan.early:
-                    with contextlib.suppress(Exception):  # what it reads may not be known before the first pass
+                    with contextlib.suppress(Exception):  # its inputs may be unknown before the first pass
                         self.nodes[index].compute()
             except GraphError as error:
                 if failed is None:
@@ -152,11 +151,11 @@ class Executor:
                 failed(index, error)
 
     def succeed(self, other: Executor, nodes: Mapping[int, int]) -> None:
-        """Take over the execution from another executor: its latent nodes stay active, and outputs that they fired still fire.
+        """Take over the execution of another executor: active latent nodes, outputs that they have fired, and failed nodes.
 
         Args:
             other: executor of the replaced graph.
-            nodes: maps the index of each replaced node in `other` to the index of its successor in this executor.
+            nodes: a dict from the index of each replaced node in `other` to the index of its successor in this executor.
         """
         for index in other._active:
             if index in nodes:
@@ -165,11 +164,6 @@ class Executor:
             if f"l{index}" in self._flags:
                 self._functions[f"l{index}"] = other._functions.get(f"l{before}", 0)
         self._failed.update(nodes[index] for index in other._failed if index in nodes)
-
-    @property
-    def fixed_inputs(self) -> set[tuple[int, str]]:
-        """Node index and field of each wired input whose value cannot change while the graph runs."""
-        return {(copy.target, copy.target_field) for copy in self.plan.fixed_copies}
 
     def has_failed(self, index: int) -> bool:
         """Return whether the last setup of a node failed."""
@@ -182,7 +176,7 @@ class Executor:
             setattr(self.nodes[copy.target], copy.target_field, value)
 
     def _setup_node(self, index: int) -> None:
-        """Set up a node, for the first time or again; `stop` will restore the values that its setup writes to outputs."""
+        """Set up a node, for the first time or again; `stop` later restores the outputs that the setup has written."""
         node = self.nodes[index]
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
@@ -192,9 +186,9 @@ class Executor:
         self._outputs_of_setup.setdefault(index, {}).update((field, getattr(node, field)) for field in changed)
 
     def _setup_again(self, index: int) -> None:
-        """Set up a node again after a wire changed an input that it reads in `setup`.
+        """Set up a node again after a wire changed an input that the node reads in `setup`.
 
-        Until a setup succeeds, the node is not computed.
+        The node is not computed until a setup succeeds.
 
         Raises:
             BadValueError: an input has an illegal value, or names something that does not exist.
@@ -213,7 +207,7 @@ class Executor:
             raise BadValueError(named[0], values[named[0]]) from error
 
     def set_input(self, index: int, field: str, value: Any) -> None:
-        """Set an unwired input between two passes, and set up the nodes again that read its value in `setup`.
+        """Set an unwired input between two passes, and set up the nodes again that read the input's value in `setup`.
 
         Raises:
             GraphError: a node cannot be set up or computed with the value. The input keeps its old value.
@@ -227,7 +221,7 @@ class Executor:
         self.faults.set_later.add(index)
 
     def _put(self, index: int, field: str, value: Any) -> None:
-        """Set an input; then, in the plan's order, compute all constant nodes and set up nodes whose setup inputs changed."""
+        """Set an input; then, in the plan's order, compute constant nodes and set up nodes whose setup inputs have changed."""
         setattr(self.nodes[index], field, value)
         constant = self.plan.constant_nodes
         incoming = by_target(self.plan.fixed_copies)
@@ -263,7 +257,7 @@ class Executor:
             wrap: function that takes the index and `compute` of a node, and returns the wrapper.
 
         Returns:
-            A function that switches between both versions: True for the second one, False for the original.
+            A function that selects a version: the second for True, the original for False.
         """
         plain, functions = self._pass, self._functions
         computes = {index: wrap(index, functions[f"c{index}"]) for index in self.plan.order}
@@ -275,31 +269,31 @@ class Executor:
         return switch
 
     def run_pass(self) -> None:
-        """Run one pass: the events run, and then the nodes that execution reaches from them.
+        """Run one pass: the event nodes, then the nodes that execution reaches from them.
 
         Raises:
-            NodeError: a node raised an exception, which is the `__cause__` of this one.
+            NodeError: a node raised an exception, which is the `__cause__` of the NodeError.
         """
         self._run(self._pass)
 
     def run_ending(self, ending: Ending) -> None:
-        """Run the events for the end of play (`at_stop`) or of the graph (`at_close`), and the nodes that they reach.
+        """Run the event nodes for the end of play (`at_stop`) or of the graph (`at_close`), then the nodes that they reach.
 
         Raises:
-            NodeError: a node raised an exception, which is the `__cause__` of this one.
+            NodeError: a node raised an exception, which is the `__cause__` of the NodeError.
         """
         if (function := self._functions.get(ending)) is not None:
             self._run(function)
 
     def announce_time(self, *, restored: bool) -> None:
-        """Call `announce_time` of the nodes that have it, after the simulation time jumped between two ticks.
+        """Call `announce_time` of all nodes with this method, after a jump of the simulation time between two ticks.
 
         Args:
-            restored: True if the inputs of these nodes are valid, because a checkpoint restored them. False: the inputs are
-                first computed from the data nodes that they depend on.
+            restored: whether a checkpoint has restored the inputs of these nodes. If not, the data nodes that feed the inputs
+                are computed first.
 
         Raises:
-            NodeError: a node raised an exception, which is the `__cause__` of this one.
+            NodeError: a node raised an exception, which is the `__cause__` of the NodeError.
         """
         for index, call in {call.node: call for call in self.plan.calls}.items():
             announce = getattr(self.nodes[index], "announce_time", None)
@@ -313,7 +307,7 @@ class Executor:
             self._call(index, announce)
 
     def _run(self, function: Callable[[], None]) -> None:
-        """Call a generated function; convert an exception of a node to a `NodeError` that names the node."""
+        """Call a generated function; convert a node's exception to a `NodeError` that names the node."""
         try:
             function()
         except NodeError:
@@ -322,7 +316,7 @@ class Executor:
             raise self.faults.explain(codegen.source_of(self.plan).node_of(error), error) from error
 
     def run_latent(self) -> None:
-        """Call `update` of all active latent nodes; the outputs that they fire take effect in the next pass."""
+        """Call `update` of all active latent nodes; outputs that the nodes fire take effect in the next pass."""
         for index in list(self._active):
             node: Any = self.nodes[index]
             if not node.active:
@@ -344,12 +338,12 @@ class Executor:
                 del self._active[index]
 
     def mark_stale(self) -> None:
-        """Mark all data nodes as stale, so that the next pass computes them; called after a value changed between two passes."""
+        """Mark all data nodes as stale: the next pass computes them. Called after a value has changed between two passes."""
         for data in self.plan.flagged:
             self._functions[f"s{data}"] = 1
 
     def stop(self) -> None:
-        """Reset outputs, state and execution inputs to their values before the first pass, and deactivate all latent nodes."""
+        """Reset outputs, state and execution inputs to the values before the first pass, and deactivate all latent nodes."""
         self._active.clear()
         for index in self.plan.order:
             node = self.nodes[index]
@@ -365,7 +359,7 @@ class Executor:
 
 
 def _check_setup_inputs(node: Node, ports: Iterable[Port]) -> None:
-    """Raise BadValueError if a required input of these is empty, or has a value that is not one of its legal ones."""
+    """Raise BadValueError if one of the inputs is required and empty, or has a value that is not among its legal values."""
     for port in ports:
         value = getattr(node, port.field)
         if port.is_missing(value) or (port.tokens and value not in port.tokens):

@@ -15,17 +15,17 @@ from graphengine.runtime.command import ChangeCommand, EntityName
 from graphengine.runtime.session_core import SessionCore
 
 MAX_DELAY = 60.0
-"""Longest delay of a fault, s; delayed samples and messages are kept in memory."""
+"""Longest delay of a fault, s; memory holds the delayed samples and messages."""
 
 
 class _Target(ChangeCommand):
     sensor: EntityName | None = None
-    """Sensor, as ROBOT/SENSOR or the path of its prim."""
+    """Sensor, as ROBOT/SENSOR or the path of the sensor's prim."""
     topic: EntityName | None = None
     """Full name of a topic that graphs publish or read."""
 
     def _find(self, session: SessionCore) -> tuple[Faults, str]:
-        """Return the faults of sensors or of topics, and the prim path or the topic.
+        """Return the faults of all sensors and the sensor's prim path, or the faults of all topics and the topic.
 
         Raises:
             UnknownEntityError: there is no such sensor or topic.
@@ -49,14 +49,14 @@ class _Target(ChangeCommand):
 
 
 class Fault(_Target):
-    """Make a sensor or topic silent, late or lossy from the next tick on, instead of its current fault; a reset ends it."""
+    """Make a sensor or topic silent, late or lossy from the next tick until a reset; a current fault is replaced."""
 
     silent: bool = False
     """Whether all samples or messages are lost."""
     dropout: Annotated[float, Field(gt=0, le=1)] | None = None
-    """Probability with which each sample or message is lost; the seed of the session determines which ones are."""
+    """Probability with which each sample or message is lost; the seed of the session determines the losses."""
     delay: Annotated[Positive, Field(le=MAX_DELAY)] | None = None
-    """Time by which samples or messages arrive later, s, in whole ticks; their stamps stay those of the measurement."""
+    """Delay of samples or messages, s, rounded to whole ticks; their stamps stay the times of measurement."""
     duration: Positive | None = None
     """Simulation time after which the fault ends, s; default: `mend` ends it."""
 
@@ -78,7 +78,7 @@ class Fault(_Target):
 
 
 class Mend(_Target):
-    """End the fault of a sensor or topic, or all faults without arguments. Data that is still delayed is lost."""
+    """End the fault of a sensor or topic, or without arguments all faults. Data that is still delayed is lost."""
 
     @model_validator(mode="after")
     def _one(self) -> Mend:

@@ -14,15 +14,15 @@ from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.reloading import Reloader
 
 MOST = 0.05
-"""Maximum fraction of wall time that the thread spends on checking files; it sleeps for the rest."""
+"""Maximum fraction of wall time for checks of the files; the thread sleeps for the rest."""
 PERIOD = 0.05
-"""Minimum wall time between two checks of the files, s; a reload is submitted when two checks in a row find the same change."""
+"""Minimum wall time between two checks of the files, s; two successive checks with the same change submit a reload."""
 
 
 class FileWatch:
-    """A thread that watches the files of a session, and the paths at which files were missing.
+    """A thread that watches the files of a session, and the paths of missing files.
 
-    The thread polls inodes, sizes and times instead of using notifications. So it detects both editors that replace a file and
+    The thread polls inodes, sizes and times instead of using notifications. So it detects editors that replace a file as well as
     editors that write in place, works on network file systems, and needs no handle for each directory.
 
     Args:

@@ -1,8 +1,8 @@
 """Transfers the state of the nodes of a running graph to a changed version of the graph.
 
-A node with the same name, class and port types keeps its state: outputs, State fields, whether it is active, mailboxes and random
-numbers. An input keeps its current value, even one that the command `set` gave it, unless its wires or its value in the file
-have changed. If an input that the node reads in `setup` has changed, the setup runs with the old state and may reset it.
+A node with the same name, class and port types keeps its state: outputs, State fields, activity, mailboxes and random numbers. An
+input keeps its current value, even a value from the command `set`, unless the input's wires or value in the file have changed. If
+an input that the node reads in `setup` has changed, the setup runs with the old state and may reset the state.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from graphengine.runtime.graph_run import GraphRun
 
 
 def unchanged(run: GraphRun, graph: Graph) -> bool:
-    """Return whether a graph is the same as the running one, and the files that its nodes read in setup have not changed.
+    """Return whether a graph equals the running graph, and the files that the nodes read in setup have not changed.
 
-    Differences in comments, layout and positions in files do not count.
+    Comments, layout and positions in files are not compared.
     """
     before = run.executor.graph
     return (
@@ -47,7 +47,7 @@ def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 class Succession:
     """Sets up the changed version of a running graph with the state of the running graph.
 
-    The run of the old version stays unchanged, so that it can continue after an error.
+    The run of the old version does not change; so it can continue after an error.
 
     Args:
         old: run of the graph before the change.
@@ -60,7 +60,7 @@ class Succession:
         named = {instance.id: instance for instance in before.instances}
         constant = new.executor.plan.constant_nodes
         self._heirs: dict[int, int] = {}
-        """Index in the old graph of each node that keeps its state, by its index in the new graph."""
+        """For each node that keeps its state: a dict from the index in the new graph to the index in the old graph."""
         self._saved: dict[int, Any] = {}
         for instance in after.instances:
             other = named.get(instance.id)
@@ -68,15 +68,16 @@ class Succession:
                 continue
             try:
                 saved = old.executor.nodes[other.index].save()
-            except Exception:  # its state cannot be copied, so it starts anew
+            except Exception:  # the state cannot be copied, so the node starts with new state
                 continue
             if instance.index not in constant:
                 self._saved[instance.index] = saved
             self._heirs[instance.index] = other.index
         self._wires_before, self._wires = _wires(before), _wires(after)
-        self._fixed = new.executor.fixed_inputs
+        self._fixed = {(copy.target, copy.target_field) for copy in new.executor.plan.fixed_copies}
+        """Node index and field of each wired input whose value cannot change while the new graph runs."""
         self._set_up_otherwise: set[int] = set()
-        """Indices of the nodes that keep their state, but whose setup reads an input that has changed."""
+        """Indices of the nodes that keep their state although an input that they read in setup has changed."""
 
     @property
     def kept(self) -> int:
@@ -133,9 +134,9 @@ class Succession:
         return not self._new.executor.has_failed(index) or index in self._set_up_otherwise
 
     def after_setup(self, index: int) -> None:
-        """Copy the state of the old node again, because the setup of the new node with this index may have changed its state.
+        """Copy the state of the old node to the new node with this index again, because the setup may have changed the state.
 
-        Nothing is copied if the setup read changed inputs or files, or if no old node corresponds to the node.
+        Nothing is copied if the setup has read changed inputs or files, or if the node replaces no old node.
         """
         if index not in self._heirs or index in self._set_up_otherwise:
             return
@@ -144,9 +145,9 @@ class Succession:
             self._restore(index)
 
     def _restore(self, index: int) -> None:
-        """Copy the state of the old node to the new node, except for inputs whose wires or value in the file have changed.
+        """Copy the state of the old node to the new node, without inputs whose wires or value in the file have changed.
 
-        For a constant data node, only inputs are copied.
+        Only the inputs of a constant data node are copied.
         """
         before = self._heirs[index]
         node, other = self._new.executor.nodes[index], self._old.executor.nodes[before]
@@ -164,16 +165,16 @@ class Succession:
             self._set_up_otherwise.add(index)
 
     def _is_as_at_start(self, index: int) -> bool:
-        """Return whether all inputs of a node, by its index in the new graph, still are as when the session started."""
+        """Return whether no input of a node has changed since the session started; `index` is that in the new graph."""
         before, fields = self._heirs[index], self._new.executor.nodes[index].fields
         inputs = [port.field for port in fields.values() if port.side == "inputs"]
         changed = before in self._old.executor.faults.set_later
         return not changed and all(self._is_fed_alike(index, before, field) for field in inputs)
 
     def _is_fed_alike(self, index: int, before: int, field: str) -> bool:
-        """Return whether an input has the same wires as in the old graph or, if it is unwired, the same value in the file.
+        """Return whether an input has the same wires as in the old graph, or is unwired with the same value in the file.
 
-        The result is false for an input whose value comes from constant nodes.
+        The result is False for an input that gets its value from constant nodes.
 
         Args:
             index: index of the node in the new graph.
@@ -188,7 +189,7 @@ class Succession:
 
 
 def _wires(graph: Graph) -> dict[tuple[int, str], list[object]]:
-    """Return the source (node id, field, converter) of each wire into an input, by node index and field of the input."""
+    """Return the sources (node id, field, converter) of the wires into each input; the key has node index and field."""
     found: dict[tuple[int, str], list[object]] = {}
     for wire in (*graph.data_wires, *graph.exec_wires):
         source = graph.instances[wire.source].id, wire.source_field, wire.converter

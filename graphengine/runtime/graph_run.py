@@ -22,7 +22,7 @@ from graphengine.runtime.node_faults import NodeFaults
 
 
 class GraphContexts:
-    """Creates and keeps the contexts of a graph's nodes; a new context for a node closes the handles of its previous context."""
+    """Creates and keeps the contexts of a graph's nodes; a new context closes the handles of the node's previous context."""
 
     def __init__(self, graph: Graph, services: Services, clock: Clock, variables: dict[str, Variable]) -> None:
         self.graph = graph
@@ -54,23 +54,23 @@ class GraphContexts:
         return iter(self._contexts.items())
 
     def of(self, index: int) -> Context | None:
-        """Return the context with which the node with an index was set up; None if it was not set up."""
+        """Return the context of the node with an index; None if the node was not set up."""
         return self._contexts.get(index)
 
     def bound(self, below: str) -> str | None:
-        """Return the prim path of a node that uses the prim at the path `below` or a prim under it; None if no node does."""
+        """Return the prim path of a node that uses the prim at `below` or a descendant; None if no node uses any of them."""
         for context in self._contexts.values():
             if any(at_or_below(prim.path, below) for prim in context.asked.values()):
                 return context.prim_path
         return None
 
     def asked(self) -> Iterator[tuple[int, str, Prim]]:
-        """Yield each prim that a node requested: index of the node, path that the node gave, and the prim."""
+        """Yield the node index, the requested path and the prim for each prim that a node has requested."""
         for index, context in self._contexts.items():
             yield from ((index, path, prim) for path, prim in context.asked.items())
 
     def reads_the_same(self) -> bool:
-        """Return whether all files that nodes read in setup have the same content; false if one can no longer be read."""
+        """Return whether all files that nodes read in setup have the same content; False if a file can no longer be read."""
         try:
             return all(context.reads_the_same() for context in self._contexts.values())
         except ContextError:
@@ -80,7 +80,7 @@ class GraphContexts:
         """Close all handles of the nodes, and delete their random generators; safe to call twice.
 
         Args:
-            heirs: prim paths of nodes whose random generators are kept, for the nodes that replace them.
+            heirs: prim paths of nodes whose random generators are kept for the nodes that replace these nodes.
         """
         for context in self._contexts.values():
             context.close()
@@ -97,7 +97,7 @@ class SavedGraph:
         executor: state of the nodes.
         variables: values of the variables, by name.
         mailboxes: state of the mailboxes of each node, by index.
-        contexts: context of each node; a node with another context at a restore was set up again in the meantime.
+        contexts: context of each node; if a node has another context at a restore, it was set up again in the meantime.
     """
 
     executor: Any
@@ -131,7 +131,7 @@ class GraphRun:
         return self.executor.graph.runs == "physics_step"
 
     def describe_as(self, graph: Graph) -> None:
-        """Replace the resolved graph by one that differs only in file positions, so that messages show the new positions."""
+        """Replace the resolved graph with an equal graph from the changed file, whose positions messages then show."""
         self.executor.graph = self.executor.faults.graph = self.contexts.graph = graph
 
     def save(self) -> SavedGraph:
@@ -157,7 +157,7 @@ class GraphRun:
 
 
 def make_clock(world: World, *, on_step: bool = False) -> Clock:
-    """Return a clock whose period is the tick period of a world; with `on_step`, the duration of a physics step."""
+    """Return a clock with the tick period of a world; with `on_step`, with the duration of a physics step."""
     numerator, denominator = world.tick_period
     return Clock((numerator, denominator * (world.substeps if on_step else 1)))
 
@@ -170,8 +170,8 @@ def make_graph_run(
     Args:
         graph: graph with a plan.
         services: services of the session for the contexts of nodes.
-        clock: clock of the graph: of ticks, or of physics steps.
-        fault: receives each exception that a node raises, and the run continues; None: an exception ends the run.
+        clock: clock of the graph, which counts ticks or physics steps.
+        fault: receives each exception of a node, after which the run continues; None: an exception ends the run.
     """
     dropped = services.dropped
 
@@ -183,10 +183,9 @@ def make_graph_run(
         node = f"{graph.prim_path}/{instance.id}"
         if dropped.add(node, clock.frame):
             what, *more = str(error).split("\n")
+            what = f"{what}; dropped at tick {clock.frame}{dropped.earlier(node)}"
             where = f"{instance.span}: {instance.cls.type_name} in graph {graph.name}"
-            services.warn(
-                node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{dropped.earlier(node)}", where, *more])
-            )
+            services.warn(node, "\n  ".join([what, where, *more]))
         return True
 
     variables = {name: Variable(default) for name, default in graph.variables.items()}

@@ -22,10 +22,10 @@ _REMEDIES: Mapping[CommandKind, str] = {
 
 
 class JointCommand(ChangeCommand):
-    """Set targets of joints, which act from the physics steps of the next tick on and hold until the next command to the joint.
+    """Set targets of joints; a target acts from the physics steps of the next tick until the next command to the joint.
 
     These steps run before the graphs of the tick; a graph that commands the same joint in the tick replaces the target. Targets
-    beyond the limits of a joint are clamped and counted, as those of IsaacArticulationController. After an error, no target has
+    beyond the limits of a joint are clamped and counted, as in IsaacArticulationController. After an error, no target has
     changed.
     """
 
@@ -39,7 +39,7 @@ class JointCommand(ChangeCommand):
 
     @classmethod
     def command_name(cls) -> str:
-        """Return `command`, as the method of robots in the Python API is called."""
+        """Return `command`, the name of the method of robots in the Python API."""
         return "command"
 
     @model_validator(mode="after")

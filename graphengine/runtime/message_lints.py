@@ -10,17 +10,17 @@ from graphengine.format.errors import TopicError
 from graphengine.messages.qos import parse_qos
 
 _UNUSED_PROFILE = (("static_publisher", True), ("enabled", False))
-"""Inputs, by field, with the values for which a node does not use its QoS profile."""
+"""Fields of inputs, each with the value for which a node does not use its QoS profile."""
 _STAMPS = ("time_stamp", "sensor_time", "message__header__stamp__sec", "message__header__stamp__nanosec")
-"""Inputs that set the stamp of a message, by field; the last two are those of a ROS2Publisher."""
+"""Fields of inputs that set the stamp of a message; the last two belong to a ROS2Publisher."""
 _TIMES = ("sensor_time", "time_stamp", "simulation_time")
-"""Outputs that are stamps, by field; the most exact is first."""
+"""Fields of outputs that are stamps, the most exact first."""
 
 
 def check_qos(context: LintContext) -> None:
-    """Report QoS profiles that cannot be read, also those of nodes that could not be set up.
+    """Report unreadable QoS profiles, also of nodes that could not be set up.
 
-    A node that does not use its profile, because it is latched or disabled, has run so far and gets a warning.
+    A latched or disabled node runs without using its profile, and so gets a warning instead of an error.
     """
     for graph in context.graphs:
         wired = graph.wired_ports
@@ -36,7 +36,7 @@ def check_qos(context: LintContext) -> None:
 
 
 def check_stamps(context: LintContext) -> None:
-    """Warn of publishers whose messages are all stamped 0, because no input for the stamp is wired or set."""
+    """Add a warning for each publisher that stamps all messages 0, because no input for the stamp is wired or set."""
     for graph in context.graphs:
         given, running = graph.wired_ports | graph.declared_inputs, set(graph.plan.order)
         for instance in graph.instances:
@@ -57,7 +57,7 @@ def check_stamps(context: LintContext) -> None:
 
 
 def _stamp_remedy(graph: Graph, instance: Instance, port: str) -> str:
-    """Return the advice to wire the time of a node that gives the publisher its data, else the simulation time."""
+    """Return the advice to wire the time output of a node that feeds the publisher, else the simulation time."""
     near = {wire.source for wire in graph.data_wires if wire.target == instance.index}
     sources = [
         (other.index not in near, _TIMES.index(name), f"{other.id}.{other.cls.fields[name].name}")

@@ -1,4 +1,4 @@
-"""What happens after a node raises an exception: a bad value is dropped, or the exception is explained and reported."""
+"""Handles the exceptions of nodes: drops a bad value, or explains and reports the exception."""
 
 from __future__ import annotations
 
@@ -19,11 +19,10 @@ class NodeFaults:
         graph: the graph.
         nodes: nodes of the graph, by index.
         now: function that returns the number and time (s) of the current tick, for error messages.
-        fault: receives each exception that a node raises; None: an exception ends the run.
-        dropped: receives the index of a node, its BadValueError, and whether the error is about a value from a wire; returns
-            whether the value is dropped. It is called for values that came over wires or that were set while the session ran.
-            None: `fault` receives these errors too.
-        started: whether the session runs already, so that the values in the files of the graph count as set while it runs.
+        fault: receives each exception of a node; None: an exception ends the run.
+        dropped: called for a bad value from a wire, or set while the session ran, with the node's index, the error, and whether
+            the value came from a wire; returns whether the value is dropped. None: `fault` receives these errors too.
+        started: whether the session already runs; the values in the graph's files then count as set while the session ran.
     """
 
     graph: Graph
@@ -39,7 +38,7 @@ class NodeFaults:
         self.wired = {(wire.target, wire.target_field) for wire in self.graph.data_wires}
         """Node index and field of each wired input."""
         self.set_later: set[int] = set(range(len(self.nodes))) if started else set()
-        """Indices of the nodes of which an input was set, in whatever way, after the session started."""
+        """Indices of the nodes with an input that was set in any way after the session started."""
 
     def end_branch(self, index: int, error: Exception) -> None:
         """Handle an exception after which the pass continues: drop a bad value, or report the exception to `fault`."""
@@ -47,10 +46,10 @@ class NodeFaults:
             self.report(index, error)
 
     def drop(self, index: int, error: Exception) -> bool:
-        """Report a bad value that is not from the files at the start to `dropped`; return whether it is dropped.
+        """Report a bad value to `dropped`, unless it comes from the files at the start; return whether the value is dropped.
 
-        False if there is no `dropped`, if the exception is no BadValueError, or if all inputs that it names are unwired and no
-        input of the node was set while the session ran.
+        The result is False without `dropped`, for an exception that is not a BadValueError, and if all inputs in the error are
+        unwired and no input of the node was set while the session ran.
         """
         if self.dropped is None or not isinstance(error, BadValueError):
             return False
@@ -69,7 +68,7 @@ class NodeFaults:
     def explain(self, index: int | None, error: Exception) -> NodeError:
         """Return a NodeError for an exception of a node, with the node's file position and inputs, and the tick.
 
-        An `index` of None means that the node is unknown.
+        If `index` is None, the node is unknown.
         """
         tick, time = self.now()
         when = f"at tick {tick}, {time:.6g} s"

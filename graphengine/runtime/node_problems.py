@@ -10,11 +10,11 @@ from graphengine.node.dropped_values import DroppedValues
 from graphengine.runtime.log_lines import LogLines
 
 MOST_NODES, LONGEST_TEXT = 1000, 2000
-"""Maximum number of nodes whose problems are kept, and of characters kept of a text."""
+"""Maximum number of nodes whose problems are kept, and maximum length of a kept text, characters."""
 
 
 class NodeProblems:
-    """Counts the problems of each node, by the node's prim path, and keeps the text of its last problem.
+    """Counts the problems of each node, and keeps the text of the last problem; prim paths identify the nodes.
 
     Attributes:
         dropped: counts of dropped values; None if no values are dropped, because a bad value ends the run.
@@ -23,14 +23,14 @@ class NodeProblems:
     def __init__(self, dropped: DroppedValues | None = None) -> None:
         self.dropped = dropped
         self._graphs: tuple[str, ...] | None = None
-        """Prim paths of the existing graphs, each with a slash at its end; None before the first call of `keep`."""
+        """Prim paths of the existing graphs, each with a slash appended; None before the first call of `keep`."""
         self._counts: dict[str, int] = {}
-        """Number of problems of each node by prim path, without dropped values."""
+        """Number of problems of each node without dropped values, by the node's prim path."""
         self._texts: dict[str, str] = {}
         self.lines = LogLines()
         """The newest log messages, those of no node too."""
         self.logged: Counter[str] = Counter()
-        """Number of messages by severity, including those of no node."""
+        """Number of messages of each severity, including messages without a node."""
         self._errors: set[str] = set()
 
     def begin(self, dropped: DroppedValues | None, time: Callable[[], float]) -> None:
@@ -38,7 +38,7 @@ class NodeProblems:
         self.dropped, self.lines.time = dropped, time
 
     def log(self, severity: str, node: str, text: str) -> None:
-        """Count an error or warning that a node logs; for a dropped value, keep only the text: `dropped` counts it."""
+        """Count an error or warning that a node logs; for a dropped value, which `dropped` counts, only keep the text."""
         self.logged[severity] += 1
         self.lines.add(severity, node, text)
         if not node or severity not in ("error", "warning"):
@@ -76,7 +76,7 @@ class NodeProblems:
             self._errors.discard(node)
 
     def all(self) -> Mapping[str, Any]:
-        """Return severity, number and last text of each node's problems, by prim path, as JSON values."""
+        """Return severity, number and last text of the problems of each node as JSON values, by the node's prim path."""
         drops = self._drops()
         others = [node for node in drops if node not in self._texts]
         nodes = [

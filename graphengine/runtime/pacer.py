@@ -9,14 +9,14 @@ SLOWEST = 0.01
 
 
 class Pacer:
-    """Computes when the next tick is due; after a delay of more than five periods, it counts from now instead of catching up.
+    """Computes when the next tick is due; after a delay of more than `PATIENCE` periods, the schedule restarts.
 
     Args:
         period: wall time between two ticks, s.
     """
 
     PATIENCE = 5
-    """Largest delay that a run makes up for, in tick periods; it does not make up for a larger delay."""
+    """Largest delay for which a run catches up, in tick periods."""
 
     def __init__(self, period: float) -> None:
         self.period = period
@@ -31,7 +31,7 @@ class Pacer:
         return self._due - time.perf_counter()
 
     def count(self) -> bool:
-        """Advance the schedule by one executed tick; return whether this tick ended after the next one was due."""
+        """Advance the schedule by one executed tick; return whether this tick ended after the next tick was due."""
         self._due += self.period
         late = -self.early()
         if late > self.PATIENCE * self.period:

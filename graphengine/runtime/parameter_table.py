@@ -1,8 +1,8 @@
-"""Lists the values of a session that ROS 2 clients can read and set as parameters, with their names, types and limits.
+"""Lists the values of a session that ROS 2 clients can read and set as parameters, with names, types and limits.
 
-Parameters are the variables of graphs, and the inputs of nodes that are neither wired nor read in setup. Their names have dots:
-`cmd_vel.DiffController.maxLinearSpeed` is an input of a node in the graph `cmd_vel`, and `cmd_vel.variables.speed` is a variable
-of this graph. The name of a node in a subgraph follows that of the subgraph: `arm.Left.Gain.value`.
+Parameters are the variables of graphs, and the inputs of nodes that are neither wired nor read in setup. Parameter names have
+dots: `cmd_vel.DiffController.maxLinearSpeed` is an input of a node in the graph `cmd_vel`, and `cmd_vel.variables.speed` is a
+variable of this graph. The name of a node in a subgraph follows the name of the subgraph: `arm.Left.Gain.value`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _WITHOUT_PARAMETERS = ("target", "any", "bundle", "execution")
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A value of a session that can be read and, unless it is read-only, set between two ticks.
+    """A value of a session, which can be read and, unless it is read-only, set between two ticks.
 
     Attributes:
         name: name with dots, unique on its ROS node.
@@ -44,8 +44,8 @@ class Parameter:
             None: the value is read-only.
         doc: description of the value.
         unit: unit of the value; empty if the value has no unit.
-        limits: smallest and largest legal number; None if one of them does not exist.
-        constraint: description of the legal values; empty if every value of the type is legal, or `limits` says it all.
+        limits: smallest and largest legal number; None if one of the two does not exist.
+        constraint: description of the legal values; empty if every value of the type or within `limits` is legal.
     """
 
     name: str
@@ -75,13 +75,18 @@ class Parameter:
         """Return an rcl_interfaces/Parameter with the name and type of this parameter, and the given value."""
         return parameter_message(self.name, self.type, listed(value))
 
+    def undo(self) -> Command:
+        """Return the command that sets the parameter to its present value; the parameter must not be read-only."""
+        assert self.command is not None
+        return self.command(listed(self.read()))
+
 
 USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")
-"""Parameter `use_sim_time`, which ROS 2 tools expect on every node: always true and read-only."""
+"""The parameter `use_sim_time`, always true and read-only; ROS 2 tools expect it on every node."""
 
 
 def graph_parameters(runs: Iterable[GraphRun], robot: str = "") -> dict[str, Parameter]:
-    """Return the parameters of the graphs of a robot, by name; without a robot, those of the graphs that belong to no robot."""
+    """Return the parameters of a robot's graphs, by name; without a robot, of all graphs that belong to no robot."""
     above = f"{robot}/" if robot else ""
     found: dict[str, Parameter] = {}
     for run in runs:
@@ -93,7 +98,7 @@ def graph_parameters(runs: Iterable[GraphRun], robot: str = "") -> dict[str, Par
 
 
 def session_parameters(session: SessionCore) -> dict[str, Parameter]:
-    """Return the parameters of the session itself, by name: the real-time factor."""
+    """Return the session's own parameter, the real-time factor, by name."""
     factor = Parameter(
         "real_time_factor",
         PortType("double"),
@@ -116,7 +121,7 @@ def _rate(value: Any) -> Command:
 
 
 def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
-    """Yield a parameter for each input of a graph that can be one; `graph` is the first part of the names."""
+    """Yield the parameters for inputs of a graph's nodes; `graph` is the first part of the parameters' names."""
     resolved = run.executor.graph
     wired = {(wire.target, wire.target_field) for wire in resolved.data_wires}
     for instance in resolved.instances:
@@ -129,18 +134,19 @@ def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
             name = f"{graph}.{instance.id.replace('/', '.')}.{port.name}"
             at = NodePort(f"{run.name}/{instance.id}.{_addressed(port)}", run.executor, instance.index, port)
             limits = _limits(kind, port)
-            constraint = "" if limits is not None and not port.tokens else _constraint(kind, port)
+            unlimited = limits is None or port.tokens
+            constraint = ", ".join(filter(None, (port.constraint, _length(kind)))) if unlimited else ""
             read = partial(getattr, run.executor.nodes[instance.index], port.field)
             yield Parameter(name, kind, read, partial(_set, at), port.doc, port.unit, limits, constraint)
 
 
 def _addressed(port: Port) -> str:
-    """Return the name of an input for use in an address, with the prefix `inputs:` if the name itself begins like a side."""
+    """Return the name of an input in an address, with the prefix `inputs:` if the name itself begins like a side."""
     return f"inputs:{port.name}" if port.name.partition(":")[0] in SIDES else port.name
 
 
 def _settable(instance: Instance, port: Port) -> PortType | None:
-    """Return the type of a port if the port can be a parameter when it is unwired; otherwise None."""
+    """Return the type of a port that can be a parameter while it is unwired; None for any other port."""
     if port.side != "inputs" or port.setup:
         return None
     kind = known_type(instance, port)
@@ -148,12 +154,12 @@ def _settable(instance: Instance, port: Port) -> PortType | None:
 
 
 def is_representable(kind: PortType) -> bool:
-    """Return whether a parameter can have values of a port type: a scalar, a tuple of scalars, or an array of scalars."""
+    """Return whether a parameter can have values of a port type: scalars, tuples of scalars, or arrays of scalars."""
     return kind.base not in _WITHOUT_PARAMETERS and kind != POINTER and not (kind.array and kind.count > 1)
 
 
 def _variables(run: GraphRun, graph: str) -> Iterator[Parameter]:
-    """Yield a parameter for each variable of a graph that can be one; `graph` is the first part of the names."""
+    """Yield the parameters for variables of a graph; `graph` is the first part of the parameters' names."""
     for path, kind in run.executor.graph.variable_types.items():
         if is_representable(kind):
             subgraph, _, variable = path.rpartition("/")
@@ -176,7 +182,7 @@ def _assign(at: GraphVariable, value: Any) -> Command:
 
 
 def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | None:
-    """Return the smallest and largest legal value of a number type; None for other types, or if one of them does not exist.
+    """Return the smallest and largest legal value of a number type; None for other types, or if one of the two does not exist.
 
     Args:
         kind: type of the value.
@@ -195,11 +201,6 @@ def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | N
     if port is None or low is None or high is None or port.gt is not None or port.lt is not None:
         return None
     return low, high
-
-
-def _constraint(kind: PortType, port: Port) -> str:
-    """Return a description of the legal values of a port; empty if every value of its type is legal."""
-    return ", ".join(filter(None, (port.constraint, _length(kind))))
 
 
 def _length(kind: PortType) -> str:

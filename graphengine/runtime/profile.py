@@ -1,4 +1,4 @@
-"""Measures in sampled ticks how often nodes run and fire, and how long they compute; all other ticks run at full speed."""
+"""Measures in sampled ticks how often nodes run and fire and how long they compute; all other ticks run at full speed."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ class Profile:
         self._begun, self._sampling = -1, False
         self._nodes: dict[str, NodeProfile] = {}
         self._calls = itertools.count(1)
-        self._watched: dict[int, tuple[GraphRun, Observed]] = {}
+        self._watched: dict[GraphRun, Observed] = {}
+        """For each measured graph, the function that switches the measurement on or off."""
 
     def begin_tick(self, number: int, graphs: Sequence[GraphRun]) -> None:
         """Switch the measurement on or off for the next tick; call this before each tick, and once after the last tick.
@@ -60,15 +61,15 @@ class Profile:
             return
         sampled, before = number % self._every == 1 % self._every, self._sampling  # the first tick is like no other
         if sampled or before:
-            self._watched = {id(run): self._watched.get(id(run)) or self._watch(run) for run in graphs}
-            for _, switch in self._watched.values():
+            self._watched = {run: self._watched.get(run) or self._watch(run) for run in graphs}
+            for switch in self._watched.values():
                 switch(sampled)
         self._begun, self._sampling = number, sampled
         self.sampled += before
 
     def end(self) -> None:
         """Stop sampling until the next `begin_tick`."""
-        for _, switch in self._watched.values():
+        for switch in self._watched.values():
             switch(False)
         self._watched.clear()
         self._begun, self._sampling = -1, False
@@ -77,7 +78,7 @@ class Profile:
         """Return the measurements of all nodes that ran, sorted by computing time, the longest first."""
         return sorted((node for node in self._nodes.values() if node.runs), key=lambda node: -node.seconds)
 
-    def _watch(self, run: GraphRun) -> tuple[GraphRun, Observed]:
+    def _watch(self, run: GraphRun) -> Observed:
         executor = run.executor
 
         def wrap(index: int, compute: Callable[[], Any]) -> Callable[[], Any]:
@@ -88,13 +89,13 @@ class Profile:
             always = outputs and cls.kind() in ("action", "event") and not cls.gated
             return _timed(node, compute, self._calls, pusher=cls.kind() == "pusher", always=always)
 
-        return run, executor.observe(wrap)
+        return executor.observe(wrap)
 
 
 def _timed(
     node: NodeProfile, compute: Callable[[], Any], calls: Iterator[int], *, pusher: bool, always: bool
 ) -> Callable[[], Any]:
-    """Return a function that calls `compute` of a node, and counts and times the calls.
+    """Return a function that calls `compute` of a node, counts the calls and measures their time.
 
     Args:
         node: measurements to which the function adds.

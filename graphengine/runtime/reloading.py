@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from graphengine.compiler.graph import Graph
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Signature, near
+from graphengine.runtime.addresses import NodePort
 
 MOST_NAMES = 4
 """Maximum number of names in one list of the summary of a reload."""
@@ -16,7 +18,7 @@ MOST_NAMES = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reloaded:
-    """The result of `Session.reload`; `str()` returns a summary on one line.
+    """The result of `Session.reload`; `str()` returns a summary in one line.
 
     Attributes:
         files: files that were changed, added or removed since the previous reload.
@@ -25,10 +27,10 @@ class Reloaded:
         removed: names of removed graphs.
         kept: number of nodes of the changed graphs that keep their state.
         nodes: number of all nodes of the changed graphs.
-        restarted: whether the session restarted at time 0, because the world or a robot changed.
+        restarted: whether a change of the world or of a robot restarted the session at time 0.
         lost: names of the spawned robots that the restart removed.
         warnings: warnings about the new files, as text.
-        mended: whether the previous reload failed because of errors, which are now corrected.
+        mended: whether the previous reload failed because of errors that are now corrected.
     """
 
     files: tuple[Path, ...] = ()
@@ -60,16 +62,16 @@ class Reloaded:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return up to `MOST_NAMES` names, separated by commas, and the number of the other names, as in `a, b, c, d and 2 more`."""
+    """Return up to `MOST_NAMES` names and the number of the other names, such as `a, b, c, d and 2 more`."""
     more = len(names) - MOST_NAMES
     return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 class Reloader:
-    """Reloads the files of a session; this base class is for a session that was not loaded from files, and refuses to reload."""
+    """Reloads the files of a session; this base class is for a session without files and refuses to reload."""
 
     def reload(self) -> Reloaded:
-        """Read the files again and let the session run the changed scene; call this only between two ticks.
+        """Read the files again and let the session run the changed scene; only between two ticks.
 
         After an error, the session continues unchanged.
 
@@ -81,7 +83,7 @@ class Reloader:
         raise UsageError("the session was not loaded from files, so it cannot be reloaded")
 
     def save(self) -> Any:
-        """Return an object that represents the version of the files that the session runs, for `restore`."""
+        """Return the version of the files that the session runs, in a form for `restore`."""
 
     def restore(self, saved: Any) -> None:
         """Let the session run the version of the files that `save` returned, from time 0.
@@ -93,6 +95,33 @@ class Reloader:
             GraphError: physics or a node cannot start; the session continues unchanged.
         """
 
+    def propose_value(self, port: NodePort, value: Any) -> Any:
+        """Return the change of a file that writes a value of an input; see `scene.value_edits`.
+
+        Raises:
+            UsageError: the session was not loaded from files, or no file can be changed.
+        """
+        raise UsageError("the session was not loaded from files, so no value can be saved")
+
+    def propose_position(self, graph: Graph, node: str, at: Sequence[float]) -> Any:
+        """Return the change of a graph file that writes the position of a node in drawings.
+
+        Raises:
+            UsageError: the session was not loaded from files, or the file cannot be changed.
+        """
+        raise UsageError("the session was not loaded from files, so no position can be saved")
+
+    def write(self, change: Any) -> None:
+        """Write a proposed change, and reload."""
+
+    def undo(self) -> Any:
+        """Take back the newest change and return it."""
+        raise UsageError("the session was not loaded from files, so there is no change to undo")
+
+    def redo(self) -> Any:
+        """Write the change that was undone last, and return it."""
+        raise UsageError("the session was not loaded from files, so there is no undone change")
+
     def watched(self) -> Mapping[Path, Signature]:
-        """Return the paths to watch for changes, with the signatures that their files had before they were read. Thread-safe."""
+        """Return each path to watch for changes, with the file's signature from before the reading. Thread-safe."""
         return {}

@@ -10,11 +10,11 @@ from graphengine.format.spec import RobotUse
 
 
 class Roster:
-    """Adds robots to a session and removes them; this base class is for a session without a scene, which has no robots."""
+    """Adds robots to a session and removes them; this base class is for a session without a scene and refuses both."""
 
     @property
     def spawned(self) -> Sequence[str]:
-        """Names of the robots that were added while the session ran and were not removed since, in the order of adding."""
+        """Names of the robots that were added while the session ran and still exist, oldest first."""
         return ()
 
     @property
@@ -25,17 +25,17 @@ class Roster:
     def add(self, name: str, use: RobotUse, *, forced: bool = True) -> None:
         """Add a robot to the scene; its graphs run after all other graphs.
 
-        A later `stop` moves the robot back to the pose at which it was added. After an error, the session continues unchanged.
+        A later `stop` returns the robot to its pose at the time of adding. After an error, the session continues unchanged.
 
         Args:
             name: name of the robot.
             use: robot file, pose and further settings.
-            forced: whether the robot is added even if it overlaps others; the floor does not count.
+            forced: whether the robot is added even if it overlaps other entities; the floor does not count.
 
         Raises:
             BlockedPoseError: `forced` is false, and the robot would overlap others.
             CheckError: the robot or one of its graphs has errors.
-            GraphError: the changed physics or a node of the robot cannot start.
+            GraphError: physics with the robot, or a node of the robot, cannot start.
             UsageError: the session has no scene.
         """
         raise UsageError("a session without a scene cannot have robots")
@@ -44,16 +44,16 @@ class Roster:
         """Remove a robot, its graphs and its topics.
 
         Raises:
-            UnknownEntityError: there is no such robot.
+            UnknownEntityError: no robot has the name.
             UsageError: a node of another graph uses the robot.
         """
         raise UnknownEntityError("a session without a scene has no robots")
 
     def save(self) -> Any:
-        """Return an object that represents the robots of the session, for `restore`."""
+        """Return the robots of the session, in a form for `restore`."""
 
     def restore(self, saved: Any) -> None:
-        """Add and remove robots, so that the session again has the robots that it had when `save` was called.
+        """Add and remove robots until the session has the same robots as at the call of `save`.
 
         Raises:
             GraphError: a robot cannot be added again.

@@ -16,9 +16,9 @@ from graphengine.runtime.ticker import Ticker
 SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
-"""Maximum wall time that a paused run sleeps before it checks again whether it should end, s; a command ends the sleep."""
+"""Maximum wall time that a paused run sleeps before the next check whether to end, s; a command ends the sleep."""
 POLL = 0.001
-"""Wall time between two calls of a closed gate, s."""
+"""Wall time between two calls of a gate that holds back a tick, s."""
 
 
 class WaitingCommands(Protocol):
@@ -38,7 +38,7 @@ class WaitingCommands(Protocol):
 
 
 Gate = Callable[[int, tuple[int, int]], bool]
-"""Returns whether the next tick may begin, given the number of the last tick and the tick period; an error ends the run."""
+"""Returns whether the next tick may begin; the arguments are the last tick's number and the tick period. Errors end the run."""
 
 
 class RunControl:
@@ -56,7 +56,7 @@ class RunControl:
         self.step_clock = ticker.step_clock
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
-        """Gives the wall clock to nodes and receives the executed commands; a recorder or replay replaces it."""
+        """Gives the wall clock to nodes and receives the executed commands; a recorder or a replay replaces this object."""
         self.queue: WaitingCommands | None = None
         """Queue for commands from other threads; None: no queue, and `run` returns when the session is paused or stopped."""
         self.gate: Gate | None = None
@@ -64,14 +64,15 @@ class RunControl:
         self.listeners: list[Callable[[], None]] = []
         """Functions that the session calls in its thread after each executed command and each change between two ticks."""
         self.late_ticks = 0
-        """Number of ticks that ended after the next tick was due; counted only in runs with a pace."""
+        """Number of ticks that ended after the next tick was due; only runs with a pace count them."""
         self._until = 0
         self.last = math.inf
         """Number of the tick after which `run` ends."""
         self._pace: float | None = None
         self._pacer: Pacer | None = None
         self.interrupted = False
-        self._failure = ""
+        self.failure = ""
+        """Message of the error that made the session fail; empty if no error has occurred since the last reset of the time."""
 
     @property
     def graphs(self) -> Sequence[GraphRun]:
@@ -79,13 +80,8 @@ class RunControl:
         return self._ticker.graphs
 
     @property
-    def failure(self) -> str:
-        """Message of the error that made the session fail; empty if it has not failed since the last reset of the time."""
-        return self._failure
-
-    @property
     def ticks(self) -> int:
-        """Number of ticks that have run since the session was created; a stop does not reset it."""
+        """Number of ticks that have run since the session was created; a stop does not reset this number."""
         return self._ticker.count
 
     @property
@@ -99,7 +95,7 @@ class RunControl:
         self._set("playing")
 
     def pause(self) -> None:
-        """Pause a playing session; a session in another state keeps its state. `step` still runs single ticks."""
+        """Pause a playing session; any other session keeps its state. `step` still runs single ticks."""
         self.admit()
         self._set("paused" if self.state == "playing" else self.state)
 
@@ -113,10 +109,8 @@ class RunControl:
         if self.state == "playing":
             raise StateError("the session is playing; pause it before running single ticks")
         if self.advancing:
-            raise StateError(
-                f"{self.advancing} ticks of an earlier `step` have not run yet; "
-                "wait until they have run, or cancel them with `pause`"
-            )
+            remedy = "wait until they have run, or cancel them with `pause`"
+            raise StateError(f"{self.advancing} ticks of an earlier `step` have not run yet; {remedy}")
         self._set("paused")
         self._until = self.ticks + ticks
 
@@ -126,7 +120,7 @@ class RunControl:
         return max(self._until - self.ticks, 0)
 
     def _set(self, state: SessionState) -> None:
-        """Enter a state; restart the schedule of ticks, and cancel single ticks that have not run yet."""
+        """Enter a state, restart the schedule of ticks, and cancel single ticks that have not run yet."""
         self.state, self._until = state, self.ticks
         if self._pacer is not None:
             self._pacer.begin()
@@ -143,7 +137,7 @@ class RunControl:
         self._tell_listeners()
 
     def step(self, ticks: int = 1) -> None:
-        """Run a number of ticks as fast as possible, and return after the last one; a stopped session becomes paused.
+        """Run a number of ticks as fast as possible; a stopped session becomes paused.
 
         After an error, the session is in the state `failed`, and the joint commands are zero.
 
@@ -173,15 +167,15 @@ class RunControl:
     ) -> None:
         """Play the session for a given simulation time, and return afterwards.
 
-        If the session has a queue, the method sleeps while the session is paused or stopped, and continues at the command
-        `play`; without a queue, it returns. After an error, the session is in the state `failed`, with zero joint commands.
+        If the session is paused or stopped, the method returns; with a queue, it instead sleeps until the command `play`. After
+        an error, the session is in the state `failed`, with zero joint commands.
 
         Args:
-            seconds: total simulation time to run, s, even if the session is stopped and played again; None: no limit.
+            seconds: total simulation time to run, s, also across stops of the session; None: no limit.
             pace: target real-time factor, seconds of simulation per second of wall time; None: as fast as possible.
             on_tick: function that is called after each tick, and several times per second while the session is paused or
-                stopped; if it returns False, the run ends.
-            paused: if true, the session is paused until the command `play` arrives in the queue.
+                stopped; the result False ends the run.
+            paused: whether the session is paused until the command `play` arrives in the queue.
 
         Raises:
             NodeError: a node raised an exception.
@@ -228,7 +222,7 @@ class RunControl:
         return not self.interrupted and (self.queue is not None or self.state == "playing")
 
     def interrupt(self) -> None:
-        """End `run`: after the current tick, or immediately if it sleeps. Safe in other threads and in signal handlers."""
+        """End `run` after the current tick, or a sleep of `run` immediately. Safe in other threads and in signal handlers."""
         self.interrupted = True
         if self.queue is not None:
             self.queue.wake()
@@ -241,20 +235,19 @@ class RunControl:
 
     def _refuse_within_tick(self) -> None:
         if self._ticker.running:
-            raise UsageError(
-                "a session cannot be changed or saved within a tick; do it between two ticks, as in `on_tick`"
-            )
+            remedy = "do it between two ticks, as in `on_tick`"
+            raise UsageError(f"a session cannot be changed or saved within a tick; {remedy}")
 
     def admit(self) -> None:
-        """Check that the session can be changed now; return if it can.
+        """Check that the session can be changed now.
 
         Raises:
-            StateError: the session failed, and its time was not reset since.
+            StateError: the session failed, and the time was not reset since then.
             UsageError: the method was called within a tick.
         """
         self._refuse_within_tick()
         if self.state == "failed":
-            raise StateError(f"the session failed; reset it first\n  {self._failure.partition(chr(10))[0]}")
+            raise StateError(f"the session failed; reset it first\n  {self.failure.partition(chr(10))[0]}")
 
     def note(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Report an executed command to `inbox`, which records it, and call the listeners.
@@ -275,5 +268,5 @@ class RunControl:
             self._ticker.run(self.inbox)
         except BaseException as error:  # an interrupted tick leaves graphs half computed, too
             self._set("failed")
-            self._failure = str(error) or type(error).__name__
+            self.failure = str(error) or type(error).__name__
             raise

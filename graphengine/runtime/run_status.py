@@ -1,4 +1,4 @@
-"""Measures the status of a running session for displays: its speed, its messages, and problems such as dropped values."""
+"""Measures the status of a running session for displays: speed, messages, and problems such as dropped values."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 WINDOW = 1.0
-"""Wall time over which rates are averaged, s; if the previous reading is older, rates are averaged since that reading."""
+"""Wall time over which rates are averaged, s; if the previous reading is older, since the previous reading."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunStatus:
-    """The status of a session at one moment. Some values depend on the wall clock, so they are not reproducible.
+    """The status of a session at one moment. Values that depend on the wall clock are not reproducible.
 
     Attributes:
         state: stopped, playing, paused or failed.
@@ -26,13 +26,13 @@ class RunStatus:
         pace: target real-time factor; None: as fast as possible.
         real_time_factor: measured seconds of simulation per second of wall time.
         tick_cpu: CPU time of the session's thread per tick, s.
-        late_ticks: number of ticks that ended after the next one was due.
+        late_ticks: number of ticks that ended after the next tick was due.
         messages: number of messages sent since the start of the session.
         message_rate: messages sent per second of wall time.
         subscribers: number of subscribers of all topics that nodes publish.
-        dropped_values: number of bad values that nodes dropped; values of one node in one tick count as one.
-        recorded_bytes: size of the recording, bytes; None if nothing is recorded.
-        file_errors: number of errors in changed files; as long as there are errors, the session runs the previous version.
+        dropped_values: number of bad values that nodes dropped; all values of a node in one tick count as one.
+        recorded_bytes: size of the recording, bytes; None without a recording.
+        file_errors: number of errors in changed files; with errors, the session runs the previous version of the files.
     """
 
     state: SessionState
@@ -60,7 +60,7 @@ class _Sample(NamedTuple):
 class StatusMeter:
     """Reads the status of a session. Not thread-safe: create and use it in the session's thread.
 
-    Rates do not include the time before the meter was created.
+    Rates exclude the time before the meter was created.
 
     Args:
         session: session to measure.

@@ -15,7 +15,7 @@ from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.run_control import RunControl, SessionState
-from graphengine.runtime.ticker import SCOPES, Exchange, ResetScope, Ticker
+from graphengine.runtime.ticker import SCOPES, ResetScope, Ticker
 
 MAX_HELD = 1000
 """Maximum number of checkpoints that a session keeps for the command `restore`."""
@@ -23,12 +23,12 @@ MAX_HELD = 1000
 
 @dataclass(frozen=True, eq=False)
 class SavedSession:
-    """A checkpoint: a copy of the whole state of a session, which `SessionCore.checkpoint` returns."""
+    """A checkpoint: a copy of the whole state of a session, made by `SessionCore.checkpoint`."""
 
     name: str
     of: SessionCore
     version: int
-    """Version number of the files that the session ran; `files` is the saved version itself, for `Reloader.restore`."""
+    """Version number of the files that the session ran; `files` is the saved version for `Reloader.restore`."""
     files: Any
     robots: Any
     state: Any
@@ -38,8 +38,8 @@ class SavedSession:
 class SessionCore(RunControl):
     """Changes the state of the simulation between two ticks; `RunControl` decides when ticks run.
 
-    Not thread-safe: only `interrupt` may be called from another thread; all other calls from other threads must be submitted to
-    `queue`. Methods that run ticks or change the simulation raise an error if a node calls them within a tick.
+    Not thread-safe: another thread may only call `interrupt`, and must submit all other calls to `queue`. Methods that run ticks
+    or change the simulation raise an error if a node calls them within a tick.
 
     Args:
         ticker: runs the ticks of the session.
@@ -52,19 +52,21 @@ class SessionCore(RunControl):
         self.reloader = Reloader()
         self.version = self._versions = 0
         """Number of the version of the files that the session runs."""
+        self.edits = False
+        """Whether commands may change the files of the session."""
         self.findings: tuple[str, ...] = ()
         """Errors that the last reload found in changed files, as text; empty if the session runs the current files. The web page
         and the terminal of the run show them."""
         self.open_page: Callable[[bool], str] | None = None
         """Function that returns the URL of the session's web page, empty while the page starts; None: no page. If the page's
-        process has ended, it raises UsageError for the argument True, and starts a new one for False."""
+        process has ended, the function raises UsageError for the argument True, and starts a new process for False."""
         self._ended = False
         self._checkpoints = 0
         self.held: dict[str, SavedSession] = {}
-        """Checkpoints by the command `checkpoint`, by name; the least recently used one is first."""
+        """Checkpoints of the command `checkpoint`, by name; the least recently used checkpoint is first."""
 
     def checkpoint(self, name: str = "") -> SavedSession:
-        """Return a copy of the whole state of the session; waits for camera images that are being rendered.
+        """Return a copy of the whole state of the session, after a wait for camera images that are being rendered.
 
         Args:
             name: name of the checkpoint in recordings; default: a numbered name such as `checkpoint_1`.
@@ -76,27 +78,27 @@ class SessionCore(RunControl):
         self._refuse_within_tick()
         self._checkpoints += 1
         name = name or f"checkpoint_{self._checkpoints}"
-        play = self.state, self._failure, self._ended
+        play = self.state, self.failure, self._ended
         version, files = self.version, self.reloader.save()
         made = SavedSession(name, self, version, files, self.roster.save(), self._ticker.save(), play)
         self.note("checkpoint", {"name": name})
         return made
 
     def hold(self, checkpoint: SavedSession) -> None:
-        """Keep a checkpoint for the command `restore`; if there are more than `MAX_HELD`, discard the least recently used one."""
+        """Keep a checkpoint for the command `restore`; discard the least recently used one of more than `MAX_HELD`."""
         self.held.pop(checkpoint.name, None)
         self.held[checkpoint.name] = checkpoint
         if len(self.held) > MAX_HELD:
             del self.held[next(iter(self.held))]
 
     def restore(self, kept: SavedSession, seed: int | None = None) -> None:
-        """Restore the state of a checkpoint; with the transport `memory`, equal inputs then give byte-identical messages.
+        """Restore the state of a checkpoint; on the transport `memory`, equal inputs then give byte-identical messages.
 
-        The tick count `ticks` and the recording continue, and messages that were already sent cannot be recalled.
+        The tick count `ticks` and the recording continue. Messages that were already sent cannot be recalled.
 
         Args:
             kept: checkpoint of this session.
-            seed: new seed of all random generators; None restores their state too.
+            seed: new seed of all random generators; None restores the state of the generators too.
 
         Raises:
             UsageError: the checkpoint is of another session, or the method was called within a tick.
@@ -113,7 +115,7 @@ class SessionCore(RunControl):
         self._ticker.restore(kept.state)
         if seed is not None:
             self._ticker.reseed(seed)
-        state, self._failure, self._ended = kept.play
+        state, self.failure, self._ended = kept.play
         self._set(state)
         self.note("restore", {"name": kept.name, **({"seed": seed} if seed is not None else {})})
         self._announce_jump(before, restored=True)
@@ -121,7 +123,7 @@ class SessionCore(RunControl):
     def stop(self) -> None:
         """Stop the simulation and reset it to time 0.
 
-        Joint commands become zero, and the world and the outputs, states and variables of graphs get their initial values.
+        Joint commands become zero. The world, and the outputs, states and variables of graphs, get their initial values.
         """
         self._refuse_within_tick()
         before = self.clock.frame
@@ -131,7 +133,7 @@ class SessionCore(RunControl):
         self._announce_jump(before)
 
     def reset(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Reset the whole session or parts of it; it stays playing, paused or stopped. A failed session becomes paused.
+        """Reset all or parts of the session, which stays playing, paused or stopped; a failed session becomes paused.
 
         Args:
             scopes: parts to reset; if none is given, all parts.
@@ -144,7 +146,7 @@ class SessionCore(RunControl):
 
         Raises:
             StateError: the session failed, and `scopes` does not include `time`.
-            UsageError: a graph of another robot or of the scene uses a spawned robot, a seed is given without the scope `time`,
+            UsageError: a graph of another robot or of the scene uses a spawned robot, a seed was given without the scope `time`,
                 or the method was called within a tick.
         """
         self._refuse_within_tick()
@@ -195,14 +197,14 @@ class SessionCore(RunControl):
         self._announce_jump(frame)
         return replace(done, mended=mended)
 
-    def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Replace all running graphs by `graphs`; nodes with the same name and type keep their state.
+    def exchange(self, graphs: Sequence[Graph]) -> Reloaded:
+        """Replace all running graphs with `graphs`; nodes with the same name and type keep their state.
 
         Raises:
             GraphError: a node could not be set up; the old graphs continue unchanged.
         """
         done = self._ticker.exchange(graphs)
-        if done:
+        if done.changed or done.added or done.removed:
             self._begin_version()
         return done
 
@@ -211,7 +213,7 @@ class SessionCore(RunControl):
         self.version = self._versions
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
-        """Replace the world and all graphs, and restart at time 0; the session stays playing, paused or stopped.
+        """Replace the world and all graphs, and restart at time 0. The session stays playing, paused or stopped.
 
         Args:
             ticker: ticker of the new world, whose graphs are already set up.
@@ -235,11 +237,11 @@ class SessionCore(RunControl):
         """Reset parts of the session; before the time is reset, run the events for the end of play."""
         if "time" in scopes:
             self.end_play()
-            self._failure = ""
+            self.failure = ""
         self._ticker.begin_anew(*scopes, seed=seed)
 
     def _announce_jump(self, before: int, *, restored: bool = False) -> None:
-        """Let nodes announce the new time if it jumped.
+        """Let nodes announce the simulation time if it has jumped.
 
         Args:
             before: number of the tick before the jump.
@@ -249,7 +251,7 @@ class SessionCore(RunControl):
             self._ticker.announce_time(restored=restored)
 
     def end_play(self, closing: Sequence[GraphRun] = ()) -> None:
-        """Run the events for the end of play, if a tick has run since play; then the events for the end of some graphs.
+        """Run the events for the end of play if a tick has run since play, then the events for the end of the given graphs.
 
         Args:
             closing: graphs that will be closed.
@@ -260,11 +262,11 @@ class SessionCore(RunControl):
             self._ticker.tell("at_close", closing)
 
     def end(self) -> None:
-        """Run the events for the end of play and of all graphs; a second call does nothing. No tick may run afterwards.
+        """Run the events for the end of play and of all graphs; a second call has no effect. No tick may run afterwards.
 
         In a failed session these events do not run, because an unfinished tick may have left inconsistent values.
         """
-        if self._ended or self._failure:
+        if self._ended or self.failure:
             return
         self._ended = True
         self.end_play()
@@ -278,7 +280,7 @@ class SessionCore(RunControl):
         with contextlib.suppress(TransportError):
             self.end()
         if self.queue is not None:
-            self.queue.close(self._failure or "the run has ended")
+            self.queue.close(self.failure or "the run has ended")
         self.held.clear()
         for run in self.graphs:
             run.contexts.close()

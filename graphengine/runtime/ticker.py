@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 from graphengine.compiler.graph import Graph
@@ -19,6 +18,7 @@ from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_exchange import Succession, unchanged
 from graphengine.runtime.graph_run import GraphRun, make_clock, make_graph_run
 from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.reloading import Reloaded
 
 ResetScope = Literal["time", "state", "spawned"]
 SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
@@ -27,29 +27,7 @@ _CLAMPED = {
     "velocity": "if the joint can do more, raise max_velocity of its drive, or its limits in the robot description",
     "effort": "if the joint can do more, raise its limit of effort in the robot description",
 }
-"""Advice for each kind of command that was clamped."""
-
-
-@dataclass(frozen=True, slots=True)
-class Exchange:
-    """The result of `Ticker.exchange`.
-
-    Attributes:
-        changed: names of the changed graphs.
-        added: names of the new graphs.
-        removed: names of the removed graphs.
-        kept: number of nodes of the changed graphs that keep their state.
-        nodes: number of all nodes of the changed graphs.
-    """
-
-    changed: tuple[str, ...] = ()
-    added: tuple[str, ...] = ()
-    removed: tuple[str, ...] = ()
-    kept: int = 0
-    nodes: int = 0
-
-    def __bool__(self) -> bool:
-        return bool(self.changed or self.added or self.removed)
+"""Advice for each kind of clamped command."""
 
 
 class Ticker:
@@ -57,8 +35,8 @@ class Ticker:
 
     Args:
         services: world, network and other services that the contexts of all nodes share.
-        fault: receives each exception of a node, after which the tick continues without the nodes that the failed node would
-            have fired; None: an exception of a node ends the tick.
+        fault: receives each exception of a node; the tick then continues without the nodes that the failed node would have
+            fired. None: an exception of a node ends the tick.
     """
 
     def __init__(self, services: Services, fault: Callable[[NodeError], None] | None = None) -> None:
@@ -68,7 +46,7 @@ class Ticker:
         self.step_clock = make_clock(services.world, on_step=True)
         """Clock that counts physics steps."""
         self.count = 0
-        """Number of ticks that have run since the session was created; a stop does not reset it."""
+        """Number of ticks that have run since the session was created; a stop does not reset this number."""
         self.running = False
         """Whether nodes are being executed, so that the session must not be changed."""
         self._clamped: set[str] = set()
@@ -96,10 +74,10 @@ class Ticker:
         clock = self.step_clock if graph.runs == "physics_step" else self.clock
         return make_graph_run(graph, self.services, clock, self._fault)
 
-    def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Replace all running graphs by `graphs`; nodes with the same name and type keep their state.
+    def exchange(self, graphs: Sequence[Graph]) -> Reloaded:
+        """Replace all running graphs with `graphs`; nodes with the same name and type keep their state.
 
-        An unchanged graph continues. In a removed graph, the events for its end run first, and their messages are sent.
+        An unchanged graph continues. In a removed graph, the events for the graph's end run first, and their messages are sent.
 
         Raises:
             GraphError: a node could not be set up; the old graphs continue unchanged.
@@ -135,8 +113,8 @@ class Ticker:
 
     def _take_over(
         self, graphs: Sequence[Graph], runs: Sequence[GraphRun], successions: Sequence[Succession]
-    ) -> Exchange:
-        """Replace the running graphs by new runs that are already set up, and close the old ones.
+    ) -> Reloaded:
+        """Replace the running graphs with new runs that are already set up, and close the old runs.
 
         Args:
             graphs: the new graphs.
@@ -150,17 +128,17 @@ class Ticker:
             run.describe_as(graph)
         self._set_graphs(runs)
         self.close([run for run in before if run not in runs])
-        changed = [succession.name for succession in successions]
-        return Exchange(
-            tuple(changed),
-            tuple(run.name for run in runs if run not in before and run.name not in changed),
-            tuple(run.name for run in gone),
-            sum(succession.kept for succession in successions),
-            sum(succession.nodes for succession in successions),
+        changed = tuple(succession.name for succession in successions)
+        return Reloaded(
+            changed=changed,
+            added=tuple(run.name for run in runs if run not in before and run.name not in changed),
+            removed=tuple(run.name for run in gone),
+            kept=sum(succession.kept for succession in successions),
+            nodes=sum(succession.nodes for succession in successions),
         )
 
     def close(self, runs: Iterable[GraphRun]) -> None:
-        """Close graphs that were replaced or removed; an error, such as an exception in a script's cleanup, is logged."""
+        """Close graphs that were replaced or removed; log errors, such as an exception in a script's cleanup."""
         heirs = {context.prim_path for run in self.graphs for _, context in run.contexts}
         for run in runs:
             try:
@@ -169,7 +147,7 @@ class Ticker:
                 self.services.log("error", "", f"graph {run.name} could not be closed: {error}")
 
     def remove(self, runs: Collection[GraphRun]) -> None:
-        """Close graphs, which then no longer run in ticks."""
+        """Close graphs, and no longer run them in ticks."""
         for run in runs:
             run.contexts.close()
         self._set_graphs([run for run in self.graphs if run not in runs])
@@ -185,7 +163,7 @@ class Ticker:
         """Run one tick; after an error, the joint commands are zero.
 
         Args:
-            inbox: source of the wall clock time; its `end_tick` is called at the end of the tick.
+            inbox: source of the wall clock time; the end of the tick calls its `end_tick`.
 
         Raises:
             NodeError: a node raised an exception.
@@ -226,18 +204,17 @@ class Ticker:
             self.running = False
 
     def _put_back(self, error: PhysicsError) -> None:
-        """Return a world that diverged after a command moved or pushed a body to its initial state; else raise the error."""
+        """Reset a world that diverged after a command had moved or pushed a body; for other worlds, raise the error."""
         dropped = self.services.dropped
         if not self.services.disturbed or dropped is None or not dropped.drops_set_values:
             raise error
         self.begin_anew("state")
-        what, *_ = str(error).splitlines()
-        self.services.warn(
-            "", f"{what}\n  the world is back in its initial state, as a command had moved or pushed a body"
-        )
+        what = str(error).partition("\n")[0]
+        why = "the world is back in its initial state, because a command had moved or pushed a body"
+        self.services.warn("", f"{what}\n  {why}")
 
     def _warn_of_clamped(self) -> None:
-        """Log one warning for each kind of command with the joints that were clamped for the first time in this tick."""
+        """Log one warning for each kind of command, with the joints whose commands were clamped for the first time."""
         clamped = self.services.world.clamped_commands
         if len(clamped) == len(self._clamped):
             return
@@ -251,7 +228,7 @@ class Ticker:
     def _freeze(self, inbox: ExternalInputs) -> None:
         """Fix the inputs that nodes read in this tick: wall clock, messages, keys, queues and variables.
 
-        What arrives later is for the next tick.
+        Nodes get all later inputs in the next tick.
         """
         self.clock.wall_time = self.step_clock.wall_time = inbox.begin_tick()
         self.services.network.freeze()
@@ -266,7 +243,7 @@ class Ticker:
         return [part.save() for part in self._parts()], {run.name: run.save() for run in self.graphs}
 
     def restore(self, saved: Any) -> None:
-        """Restore the state that `save` returned when the same graphs were running; `count` continues.
+        """Restore the state that `save` returned while the same graphs were running; `count` continues.
 
         Raises:
             GraphError: a node that was set up after `save` cannot be set up again with its saved inputs.
@@ -284,12 +261,12 @@ class Ticker:
     def tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
         """Run the events for the end of play (`at_stop`) or of graphs (`at_close`), and send their messages.
 
-        An error is logged, and the other graphs continue.
+        After an error, which is logged, the other graphs continue.
         """
         self._between_ticks(lambda executor: executor.run_ending(ending), graphs)
 
     def announce_time(self, *, restored: bool) -> None:
-        """Let the nodes of all graphs announce the simulation time after it jumped, and send their messages.
+        """Let the nodes of all graphs announce the simulation time after a jump, and send their messages.
 
         `restored` has the same meaning as for `Executor.announce_time`.
         """

@@ -1,4 +1,4 @@
-"""The kernel features that confine processes, and the policy for machines that lack one of them."""
+"""The kernel features that confine processes, and the policy for machines without these features."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ BORDERS = {
     "Landlock": (landlock.available, "its code may read all files that you may read"),
     "seccomp": (seccomp.available, "its code may write files, start programs and use the network"),
 }
-"""Kernel features by name, each with a function that returns whether this kernel has the feature, and the danger without it."""
+"""For each kernel feature: a function that returns whether this kernel has the feature, and the danger without the feature."""
 TRUST = "--trust runs the code of this file with all your permissions: read the file first"
 
 
@@ -24,27 +24,20 @@ def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
     If a kernel feature is missing, `findings` receives a warning for a trusted file and an error otherwise.
     """
     lacking = missing()
-    if not lacking:
-        return True
-    if trusted:
-        findings.add(
-            "W206",
-            f"{what} is trusted and read without confinement by {' and '.join(lacking)}",
-            span,
-            *_dangers(lacking),
-        )
-        return True
-    text = f"{what} is not read: this machine has no {' and no '.join(lacking)}"
-    findings.add("G401", text, span, *_dangers(lacking), TRUST)
-    return False
+    if lacking and trusted:
+        text = f"{what} is trusted and read without confinement by {' and '.join(lacking)}"
+        findings.add("W206", text, span, *_dangers(lacking))
+    elif lacking:
+        text = f"{what} is not read: this machine has no {' and no '.join(lacking)}"
+        findings.add("G401", text, span, *_dangers(lacking), TRUST)
+    return trusted or not lacking
 
 
 def warn(findings: Findings) -> None:
     """Warn if descriptions and meshes are read without full confinement, because this machine lacks a kernel feature."""
     if lacking := missing():
-        text = (
-            f"descriptions and meshes are read without confinement by {' and '.join(lacking)}, which this machine lacks"
-        )
+        borders = " and ".join(lacking)
+        text = f"descriptions and meshes are read without confinement by {borders}, which this machine lacks"
         findings.add("W206", text, None, *_dangers(lacking))
 
 

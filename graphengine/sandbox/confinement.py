@@ -1,4 +1,4 @@
-"""Starts processes that read untrusted files, and provides the functions with which such a process confines itself."""
+"""Starts processes that read untrusted files, and provides functions with which these processes confine themselves."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class AccessDeniedError(Exception):
 def ask(module: str, request: bytes, seconds: float) -> bytes:
     """Run a Python module in a new process, write the request to its stdin, and return its stdout.
 
-    The process gets none of the environment variables of this process, and starts once.
+    The process gets no environment variables of this process.
 
     Raises:
         ProcessError: the process runs for more than `seconds`, fails, or writes more than `MAX_ANSWER_BYTES`.
@@ -94,7 +94,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
             answer = process.stdout.read(MAX_ANSWER_BYTES + 1)
             if len(answer) > MAX_ANSWER_BYTES:
                 _kill(process)
-            told = complaint.result().decode("utf-8", "replace").split("\n")
+            complaints = complaint.result().decode("utf-8", "replace").split("\n")
             os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
         finally:  # also after KeyboardInterrupt, because Ctrl-C does not reach the new session
             timer.cancel()
@@ -110,12 +110,13 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     if code < 0:
         raise ProcessError(f"crashed: {signal.strsignal(-code)}", answer)
     if code > 0:
-        raise ProcessError(next(filter(None, reversed(told)), f"ended with exit code {code}")[:MAX_REASON], answer)
+        reason = next(filter(None, reversed(complaints)), f"ended with exit code {code}")
+        raise ProcessError(reason[:MAX_REASON], answer)
     return answer
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill the process group of a process that was not waited for yet: the process and all processes that it started."""
+    """Kill a process and all processes that it started, which form a group; `wait` must not have been called yet."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
 
@@ -148,9 +149,9 @@ def confine(
 ) -> None:
     """Limit and confine this process permanently; afterwards it can read only the files that `files` allows.
 
-    Call this before the process reads untrusted data, while it has one thread. The kernel confines all code, as far as it has
-    Landlock and seccomp. In addition, an audit hook raises AccessDeniedError with a readable message for Python code, and records
-    which files are opened.
+    Call this before the process reads untrusted data, while it has one thread. The kernel confines all code with Landlock and
+    seccomp, if it has them. In addition, an audit hook raises AccessDeniedError with a readable message for Python code, and
+    records which files are opened.
 
     Args:
         files: the files that may be read.

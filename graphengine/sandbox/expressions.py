@@ -135,14 +135,12 @@ class Guard:
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         """Return the result of a function call; `place` is the first line, last line and column of the call."""
-        if "key" in named:  # functions such as `sorted` would call it in loops that are not counted
+        if "key" in named:  # functions such as `sorted` would call the key in loops that are not counted
             raise ForbiddenError("the argument `key` is not allowed in an expression")
-        if function is round and any(
-            isinstance(part, int) and -part > MAX_BITS for part in (*arguments[1:], *named.values())
-        ):
-            raise ForbiddenError(
-                f"rounding to more than {MAX_BITS} digits before the point is not allowed in an expression"
-            )
+        digits = (*arguments[1:], *named.values()) if function is round else ()
+        if any(isinstance(number, int) and -number > MAX_BITS for number in digits):
+            text = f"rounding to more than {MAX_BITS} digits before the point is not allowed in an expression"
+            raise ForbiddenError(text)
         self.spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
@@ -188,9 +186,8 @@ class Guard:
         pending = [*values]
         for part in pending:
             if getattr(part, "ndim", 0) > 1:
-                raise ForbiddenError(
-                    "an array of several dimensions is not allowed in an expression; write an index for each"
-                )
+                text = "an array of several dimensions is not allowed in an expression; write an index for each"
+                raise ForbiddenError(text)
             self.spend(cost(part))
             if isinstance(part, _COLLECTIONS) and not isinstance(part, str | bytes):
                 pending.extend(part)
@@ -224,7 +221,7 @@ class FieldGuard(Guard):
 
 
 def cost(value: Any) -> int:
-    """Return the number of steps for a value itself: 1 per 64 bits, characters or array elements, or 1 per collection element."""
+    """Return the steps of a value without its elements: 1 per 64 bits, characters or numbers, or 1 per collection element."""
     if isinstance(value, int):
         return value.bit_length() // 64
     if isinstance(value, str | bytes):

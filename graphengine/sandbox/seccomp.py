@@ -1,7 +1,7 @@
 """seccomp: makes the kernel permanently deny this process all system calls that are not in a list.
 
 Linux has this feature since 3.17, unless it is disabled at build time. A filter is a classic BPF program that reads the
-`seccomp_data` of linux/seccomp.h; call numbers are those of asm/unistd.h. A denied call fails with EPERM, so that libraries can
+`seccomp_data` of linux/seccomp.h; call numbers are those of asm/unistd.h. A denied call fails with EPERM; libraries can then
 continue.
 """
 
@@ -85,11 +85,11 @@ TIERS = {
     "xacro": Tier(files=True, threads=False),
     "mesh": Tier(files=False, threads=False),
 }
-"""Permissions by the kind of file that a process reads."""
+"""Permissions of a process for each kind of file that it reads."""
 
 
 def numbers(machine: str) -> list[dict[str, int]]:
-    """Return the three groups of `_TABLE` for a machine: the numbers of the system calls by name."""
+    """Return the three groups of `_TABLE` for a machine, as dicts from names of system calls to their numbers."""
     column = 1 + list(ARCHITECTURES).index(machine)
     tables = []
     for part in _TABLE.split("\n\n"):
@@ -153,9 +153,9 @@ def _body(name: str, tests: Collection[Test]) -> Iterator[tuple[int, int, int, i
 
 
 def _tests(process: int) -> dict[str, tuple[Test, ...]]:
-    """Return the tests for system calls that are allowed only with certain arguments, by name of the call.
+    """Return a dict from names of system calls that are allowed only with certain arguments to the tests of the arguments.
 
-    The kernel ignores the upper 32 bits of an int argument, so that most tests need only the lower ones.
+    The kernel ignores the upper 32 bits of an int argument; therefore most tests need only the lower 32 bits.
     """
     return {
         "open": (Test(1, (0,), _ALL & ~_READ_FLAGS),),

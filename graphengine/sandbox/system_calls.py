@@ -25,7 +25,7 @@ def call(number: int, *arguments: int) -> int:
 
 
 def renounce_privileges() -> None:
-    """Drop the capabilities of this thread, except for reading the files of other users, and prevent it from gaining new ones.
+    """Drop all capabilities of this thread except reading the files of other users, and prevent the thread from gaining others.
 
     The process will write no core dump, because a core dump passes its memory to another program. It will be killed when its
     parent ends. It can queue no signals, because the number of queued signals is limited for all processes of a user together.

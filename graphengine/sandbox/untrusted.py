@@ -1,7 +1,7 @@
 """Encodes and decodes the results of confined processes as JSON, which an untrusted file may have forged.
 
-A dataclass becomes an object with the same fields; a span becomes a list of path, line, column and length. The process writes its
-result with `answer`. The caller decodes it with `read`, which checks that each field has the type that the dataclass declares.
+A dataclass becomes an object with the same fields; a span becomes a list of path, line, column and length. The process writes
+its result with `answer`. The caller decodes the result with `read`, which checks the types of all fields.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MAX_SOURCES = 8_000_000
 MAX_FINDINGS = 1000
 """Maximum number of findings that are taken from a confined process."""
 MAX_LINES = 100
-"""Maximum number of help lines of one finding, and of related places."""
+"""Maximum number of help lines of one finding, and of related positions."""
 MAX_FILES = 20_000
 """Maximum number of files that a process may report as read; further files are ignored."""
 MAX_NUMBER = 1 << 31
@@ -147,14 +147,14 @@ def take_findings(found: Iterable[Finding], findings: Findings) -> None:
 
 
 def note_used(used: Iterable[str], files: Files) -> None:
-    """Record the files that a process reports as read in `files`; files that it may not read are ignored."""
+    """Record in `files` the files that a process reports as read; files that may not be read are ignored."""
     for path in list(used)[:MAX_FILES]:
         if os.path.isfile(path) and files.may_read(Path(path)):
             files.note(Path(path))
 
 
 def reply() -> IO[str]:
-    """Return a stream to the stdout of this process, and redirect stdout to stderr, so that libraries cannot write to it."""
+    """Return a stream to the stdout of this process. Redirect stdout to stderr, so libraries cannot write to the stream."""
     stream = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return stream

@@ -1,7 +1,7 @@
 """Loads and checks scene and graph files, and starts sessions of them.
 
-The functions take all settings as arguments: neither they nor the modules they call read global variables, environment variables
-or the working directory. A process can therefore run several sessions.
+The functions take all settings as arguments. They and all modules that they call read no global variables, no environment
+variables and no working directory. A process can therefore run several sessions.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.literals import Override, no_node, no_port
+from graphengine.compiler.literals import Override, ends_with, no_node, no_port
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
@@ -44,12 +44,12 @@ if TYPE_CHECKING:
 
 
 def load(path: Path, options: Options | None = None) -> LoadedScene:
-    """Read, resolve, plan and check a scene or graph file, and return the result; its `findings` contain all errors."""
+    """Read, resolve, plan and check a scene or graph file; the `findings` of the result contain all errors."""
     return _load(path, _with_message_types(options or Options()))
 
 
 def load_again(scene: LoadedScene) -> LoadedScene:
-    """Load the current version of a scene's file with the same options; reuse the world if the world's files are unchanged."""
+    """Load a scene's file again with the same options; reuse the world if the files of the world are unchanged."""
     return _load(scene.path, scene.options, scene)
 
 
@@ -81,7 +81,7 @@ def _files(path: Path, options: Options) -> Files:
 
 
 def check_robot(path: Path, options: Options) -> LoadedScene:
-    """Check a robot file and return the findings in a LoadedScene; graphs of the robot are checked only as part of a scene."""
+    """Check a robot file, and return the findings in a LoadedScene; the robot's graphs are checked only as part of a scene."""
     from graphengine.physics.loading import load_robot_file
 
     files, findings = _files(path, options), Findings()
@@ -98,7 +98,7 @@ def load_without_graphs(path: Path, options: Options) -> LoadedScene:
 
 
 def _with_message_types(options: Options) -> Options:
-    """Return the options with the message types of `distro`, `message_paths` and the installed packages in the registry."""
+    """Return options whose registry has the message types of `distro`, `message_paths` and the installed packages."""
     registry = options.registry or default_registry()
     definitions = registry.definitions.for_distro(options.distro).extended(options.message_paths, options.installed)
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
@@ -107,7 +107,7 @@ def _with_message_types(options: Options) -> Options:
 def _scene_uses(
     scene: LoadedScene, path: Path, files: Files, before: LoadedScene | None
 ) -> tuple[LoadedScene, list[GraphFile]]:
-    """Return a scene with its world, and its graph files: those of the scene file first, then those of each robot."""
+    """Return a scene with its world, and the graph files: first those in the scene file, then those of each robot."""
     options, findings = scene.options, scene.findings
     read = spec_reader.read(SceneSpec, path, findings, given=files.text(path))
     if read is None:
@@ -122,7 +122,7 @@ def _scene_uses(
 
 
 def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene | None) -> LoadedScene:
-    """Return a scene with its world; if the world of the previous scene `before` is unchanged, reuse it."""
+    """Return a scene with its world; reuse the world of the previous scene `before` if it is unchanged."""
     files, findings, options = scene.files, scene.findings, scene.options
     spec = read.spec.model_copy(update={"graphs": {}, "doc": ""})
     known = before.world_source if before is not None else None
@@ -150,9 +150,9 @@ def _world(read: Loaded[SceneSpec], files: Files, findings: Findings, options: O
 def _graph_uses(
     scene: LoadedScene, path: Path, found: document.Document, before: LoadedScene | None
 ) -> tuple[LoadedScene, list[GraphFile]]:
-    """Return the scene in which a single graph runs, and the graph files: the graph and those that options add.
+    """Return the scene in which a single graph runs, and the graph files: the graph, then those that options add.
 
-    The scene is the one in the options, or else the one that the key `scene` of the graph names; without both, it is empty.
+    The options name the scene, or else the key `scene` of the graph; without either, the result has no world.
     """
     files, options = scene.files, scene.options
     data = found.data if isinstance(found.data, dict) else {}
@@ -199,7 +199,7 @@ def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
 
 
 def lockstep_of(scene: LoadedScene, given: Sequence[LockstepSpec] | None) -> Sequence[LockstepSpec]:
-    """Return the topics on which a run of the scene waits for programs: the given ones, or those of the scene file.
+    """Return the topics on which a run of the scene waits for programs: the given topics, else those of the scene file.
 
     Raises:
         UsageError: no graph subscribes to a given topic.
@@ -211,7 +211,7 @@ def lockstep_of(scene: LoadedScene, given: Sequence[LockstepSpec] | None) -> Seq
 
 
 def _unread(topic: str, claims: Sequence[EndpointClaim]) -> tuple[str, ...]:
-    """Return the message that no graph subscribes to a topic, and a line of help; empty if a graph does."""
+    """Return the message that no graph subscribes to a topic, and a help line; empty if a graph subscribes to the topic."""
     read = sorted({claim.topic for claim in claims if claim.direction == "subscribe"})
     if topic in read:
         return ()
@@ -229,7 +229,7 @@ def _check_lockstep(scene: LoadedScene) -> None:
 
 
 def _lint_idle_robots(scene: LoadedScene) -> None:
-    """Add a warning for each robot of a scene that no node of any graph commands or moves."""
+    """Add a warning for each robot that no node of any graph commands or moves."""
     world = scene.world
     if world is None or scene.findings.errors:
         return
@@ -237,7 +237,7 @@ def _lint_idle_robots(scene: LoadedScene) -> None:
     if UNKNOWN_PRIM in keys:
         return
     moved = {key.partition(":")[2].partition(".")[0] for key in keys if ":/" in key}
-    reported: set[str] = set()  # a fleet has one mistake, not one a robot
+    reported: set[str] = set()  # a fleet gets one warning, not one for each robot
     for name, robot in world.robots.items():
         path, joints = robot.prim_path, world.stage.find(robot.prim_path).facts["joints"]
         idle = not any(at_or_below(path, place) or at_or_below(place, path) for place in moved)
@@ -253,12 +253,12 @@ def _lint_idle_robots(scene: LoadedScene) -> None:
 
 
 def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
-    """Return the error text for a `--set` option that matches no input; it suggests similar names."""
+    """Return the error text for a `--set` option that matches no input, with similar names."""
     if not override.target:
         more = "other values, such as those of physics and drives, are keys of the scene and robot files"
         return f"--set {override.text}: write NODE.PORT\n{more}"
     nodes = {f"{graph.name}/{instance.id}": instance for graph in graphs for instance in graph.instances}
-    meant = [instance.cls for path, instance in nodes.items() if override.matches(path)]
+    meant = [instance.cls for path, instance in nodes.items() if ends_with(path, override.target)]
     wrong = no_port(meant, override.port) if meant else no_node(override.target, nodes)
     return f"--set {override.text}: {wrong}"
 
@@ -284,11 +284,10 @@ def start(
         domain_id: ROS 2 domain ID of the session.
         domain_from_environment: value of ROS_DOMAIN_ID; None if the variable is not set.
         log: function called with severity, prim path and text of each log message of a node.
-        fault: function called with each NodeError; a NodeError then ends only the node's branch of the graph. If it is None, the
-            first NodeError ends the run.
-        bad_values: reaction to a value that a node cannot use, if it comes from a wire or was set while the session runs. `drop`
-            discards and counts it, and clamps commands to joint limits; `stop` treats it as an exception of the node, and does
-            not clamp.
+        fault: function called with each NodeError, which then ends only the node's branch of the graph. None: the first
+            NodeError ends the run.
+        bad_values: reaction to a bad value from a wire, or set while the session runs. `drop` discards and counts the value, and
+            clamps commands to joint limits; `stop` treats the value as an exception of the node, and clamps no commands.
         world: world for a graph without a scene; None creates a world without physics.
 
     Raises:

@@ -38,7 +38,7 @@ class GraphFile:
         name: name of the graph, `robot/graph` for a robot's graph.
         parameters: values of the graph's parameters.
         at: prim path for the graph; empty takes the path in the graph file.
-        use: place of the entry in the scene or robot file that refers to the graph file; None if no file refers to it.
+        use: position of the entry that refers to the graph file in a scene or robot file; None without an entry.
         asked_for: whether an option, such as `--robot-state`, adds the graph.
     """
 
@@ -53,7 +53,7 @@ class GraphFile:
 def robot_uses(
     robot: RobotInstance, stage: Stage, files: Files, findings: Findings, options: Options
 ) -> list[GraphFile]:
-    """Return the graph files of a robot: those in the robot file, in its order, then those that options add."""
+    """Return the graph files of a robot: those in the robot file in the file's order, then those that options add."""
     uses: list[GraphFile] = []
     prim = stage.find(robot.prim_path)
     for graph, use in robot.spec.graphs.items():
@@ -67,24 +67,23 @@ def robot_uses(
 
 
 def _shipped_graph(name: str, robot: RobotInstance, prim: Prim, files: Files, *, asked_for: bool) -> GraphFile:
-    """Return the graph file of a graph that ships with graphengine, such as `robot_state`, with a robot's parameters."""
+    """Return the graph file of an included graph, such as `robot_state`, with the parameters for a robot."""
     root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
     path = files.find(f"graphs/{name}.yaml", files.base)
     return GraphFile(path, f"{robot.name}/{name}", {"robot": prim.path, "root": root}, "", asked_for=asked_for)
 
 
 def use_place(file: Places, graph: str, use: GraphUse) -> Use:
-    """Return the places of the key `use` and of the parameters in the entry of a graph, for error messages."""
+    """Return the positions of the key `use` and of the parameters in a graph's entry, for error messages."""
     return Use(file.span("graphs", graph, "use"), file, ("graphs", graph, "parameters"), use.parameters.keys())
 
 
 def find_use(
     use: GraphUse, name: str, place: Use, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
 ) -> list[GraphFile]:
-    """Return a list with the graph file that a scene or robot file refers to.
+    """Return a list with the graph file of an entry in a scene or robot file; empty, with an error, if the file is missing.
 
-    `$(robot)` in the prim path of the entry is replaced by the robot's prim path in `bindings`. If the file does not exist, add
-    an error to `findings` and return an empty list.
+    The robot's prim path in `bindings` replaces `$(robot)` in the prim path of the entry.
     """
     path = files.look_up(use.use, folder, findings, place.span, f"graph {name!r}: ")
     at = use.at.replace("$(robot)", str(bindings.get("robot", "$(robot)")))
@@ -99,7 +98,7 @@ def resolve_uses(
     findings: Findings,
     overrides: Sequence[Override] = (),
 ) -> list[Graph]:
-    """Return the graphs of the given files, with parameters inserted; errors in the files are added to `findings`."""
+    """Return the graphs of the given files with their parameters inserted; add errors in the files to `findings`."""
     graphs: list[Graph] = []
     library, parts = GraphLibrary(files), 0
     for use in uses:

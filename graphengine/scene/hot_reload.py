@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graphengine.compiler.graph import Graph
 from graphengine.devices.backend import World
@@ -14,12 +14,14 @@ from graphengine.devices.stage import Stage
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files, Signature
 from graphengine.node.context.session_services import Services
+from graphengine.runtime.addresses import NodePort
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import Ticker
 from graphengine.scene.loaded_scene import LoadedScene
 from graphengine.scene.scene_roster import SceneRoster, begin
+from graphengine.scene.value_edits import Change, ValueEdits
 
 if TYPE_CHECKING:
     from graphengine.physics.loaded_world import LoadedWorld
@@ -32,7 +34,7 @@ MAX_READINGS = 5
 class SceneReloader(Reloader):
     """Reloads the scene of a session.
 
-    The new scene is loaded and checked while the old one stays in place; the session changes only if there are no errors.
+    The session runs the old scene until the new scene is loaded and checked, and changes only if the new scene has no errors.
 
     Args:
         session: session that runs the scene.
@@ -55,13 +57,31 @@ class SceneReloader(Reloader):
         """The scene that the session runs, and the record of the scene's files."""
         self._load_again, self._fault = load_again, fault
         self._read = files
-        """The files that the last reload read, also if that reload failed; files to watch for changes."""
+        """The files that the last reload read, even if the reload failed; these files are watched for changes."""
+        self._edits = ValueEdits(session.reload)
+
+    def propose_value(self, port: NodePort, value: Any) -> Change:
+        """Return the change of a file that writes a value of an input."""
+        return self._edits.propose_value(self.scene, self._files, port, value)
+
+    def propose_position(self, graph: Graph, node: str, at: Sequence[float]) -> Change:
+        """Return the change of a graph file that writes the position of a node in drawings."""
+        return self._edits.propose_position(self.scene, self._files, graph, node, at)
+
+    def write(self, change: Change) -> None:
+        """Write a proposed change, and reload."""
+        self._edits.write(change)
+
+    def undo(self) -> Change:
+        """Take back the newest change and return it."""
+        return self._edits.undo()
+
+    def redo(self) -> Change:
+        """Write the change that was undone last, and return it."""
+        return self._edits.redo()
 
     def watched(self) -> Mapping[Path, Signature]:
-        """Return the signatures of all files that the last reload read or did not find, by path. Thread-safe.
-
-        Each signature is from before the file was read.
-        """
+        """Return the signature of each file that the last reload read or did not find, from before the reading. Thread-safe."""
         return self._read.noted()
 
     def save(self) -> tuple[LoadedScene, Files, Scenery | None]:
@@ -82,7 +102,7 @@ class SceneReloader(Reloader):
         Raises:
             CheckError: the files have errors.
             GraphError: the changed scene cannot start.
-            UsageError: the files changed in each attempt to read them, or the graph is only a subgraph.
+            UsageError: the files changed during each attempt to read them, or the graph is only a subgraph.
         """
         session = self._session
         for _ in range(MAX_READINGS):
@@ -98,12 +118,13 @@ class SceneReloader(Reloader):
         if successor is None:
             done = self._restart(fresh)
         else:
-            done = Reloaded(**asdict(session.exchange(successor.graphs)))
-            successor.move_in()
+            graphs, move_in = successor
+            done = session.exchange(graphs)
+            move_in()
         return self._keep(fresh, files, done)
 
     def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:
-        """Store `fresh` as the scene of the session; return `done` with the changed files and the new warnings added."""
+        """Store `fresh` as the scene of the session; return a copy of `done` with the changed files and the new warnings."""
         changed = [path for path, now in files.used.items() if self._files.used.get(path) != now]
         gone = [path for path in files.sought if path in self._files.used]
         known = {finding.render() for finding in self.scene.findings.warnings}
@@ -117,26 +138,29 @@ class SceneReloader(Reloader):
             mine.update(theirs)
         self.scene, self._read = scene, self._files
 
-    def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
-        """Return the graphs that replace the running graphs; None if the world or a robot has changed.
+    def _successor(
+        self, fresh: LoadedScene, files: Files, roster: Roster
+    ) -> tuple[Sequence[Graph], Callable[[], None]] | None:
+        """Return the graphs that replace the running graphs, and a function that then lets the roster use the new scene.
+
+        The result is None if the world or a robot has changed.
 
         Raises:
             CheckError: a spawned robot or one of its graphs has errors.
         """
         before = self.scene.world
         if before is None or fresh.world is None:
-            return _Successor(fresh.planned) if before is fresh.world else None
+            return (fresh.planned, lambda: None) if before is fresh.world else None
         assert isinstance(roster, SceneRoster)
         if before is not fresh.world and not before.begins_as(fresh.world):
             return None
         world = roster.world.reread(fresh.world, files)
         if world is None:
             return None
-        graphs = _graphs(fresh, world, files, roster)
-        return _Successor(graphs, lambda: roster.follow(fresh, world))
+        return _graphs(fresh, world, files, roster), lambda: roster.follow(fresh, world)
 
     def _restart(self, fresh: LoadedScene) -> Reloaded:
-        """Restart at time 0 with the changed world. Graphs that the new scene lacks run their actions for the end of play."""
+        """Restart at time 0 with the changed world; graphs that the new scene lacks run their events for the end first."""
         session, lost = self._session, tuple(self._session.roster.spawned)
         ticker, roster = self._begin(fresh)
         names = [graph.name for graph in fresh.planned]
@@ -149,7 +173,7 @@ class SceneReloader(Reloader):
 
         Args:
             scene: scene without errors.
-            scenery: robot descriptions for robots that are spawned later; None takes the descriptions of the scene.
+            scenery: descriptions for robots that are spawned later; None takes the descriptions of the scene.
 
         Raises:
             GraphError: physics or a node cannot start.
@@ -171,25 +195,12 @@ class SceneReloader(Reloader):
             raise
 
 
-@dataclass(frozen=True, slots=True)
-class _Successor:
-    """New graphs, which replace the running graphs of a session.
-
-    Attributes:
-        graphs: new graphs in execution order.
-        move_in: function to call after the graphs were replaced; makes the roster use the new scene.
-    """
-
-    graphs: Sequence[Graph]
-    move_in: Callable[[], None] = lambda: None
-
-
 def _copy(files: Files) -> Files:
     return replace(files, used=dict(files.used), sought=dict(files.sought))
 
 
 def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneRoster) -> Sequence[Graph]:
-    """Return the graphs of a scene and of the robots that are now in its world, in execution order.
+    """Return the graphs of a scene and of all robots in the given world, in execution order.
 
     Raises:
         CheckError: a graph of a spawned robot has errors.

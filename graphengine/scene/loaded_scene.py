@@ -1,4 +1,4 @@
-"""The class `LoadedScene` of loaded and checked scenes and graphs, and the options for loading and running them."""
+"""Loaded and checked scenes and graphs, and the options for loading and running them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Options:
         installed: folders with installed ROS packages, as in an ament index; files and message types may be read from them.
         message_paths: message type definitions: ROS packages, folders of packages, or single files.
         distro: ROS 2 distribution whose message types are known.
-        shipped: folder with `graphs/` and `scenes/` that replaces the folder in the package; None takes the package's folder.
+        shipped: folder with `graphs/` and `scenes/` in place of the package's folder; None takes the package's folder.
         seed: seed of all random generators in sessions that are started without a seed.
         robot_state: whether to publish the topics of robot_state_publisher for each robot.
         localization: `truth` publishes map -> odom from the true pose of each mobile robot; None publishes no such transform.
@@ -51,9 +51,9 @@ class Options:
         near: working directory; messages show paths relative to it.
         environment: values of the environment variables that graphs may read, by name.
         scripts: whether graphs may run Python code.
-        recorded: whether the files are those of a recording; then values out of the bounds of their ports are only warnings,
-            because the bounds may be newer than the recording.
-        given: text of the scene or graph in place of its file.
+        recorded: whether the files come from a recording; a value out of its port's bounds is then only a warning, because the
+            bounds may be newer than the recording.
+        given: text of the scene or graph instead of a file.
         sees_own_robots: whether ray sensors whose robot file does not say so see their own robot.
     """
 
@@ -79,12 +79,12 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class WorldSource:
-    """The files from which a world was made; if they are unchanged, the world can be used again.
+    """The sources of a world; while they are unchanged, the world can be used again.
 
     Attributes:
-        spec: content of the scene file without its graphs.
+        spec: content of the scene file without graphs.
         files: record of all files that were read, except for the scene file.
-        findings: findings that were reported when the world was made.
+        findings: findings from the loading of the world.
     """
 
     spec: SceneSpec
@@ -94,7 +94,7 @@ class WorldSource:
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
-    """A loaded scene or graph. Any number of sessions can be started from it; a session does not change it.
+    """A loaded scene or graph, from which any number of sessions can be started; sessions do not change a LoadedScene.
 
     Attributes:
         path: path of the scene or graph file.
@@ -104,8 +104,8 @@ class LoadedScene:
         graphs: all graphs that could be read, including graphs that cannot be planned.
         planned: graphs to run, in execution order: first the graphs of the scene file, then the graphs of each robot.
         claims: topics and services that nodes use.
-        world: world at time 0 with its robots, prims and MuJoCo model; None for a graph without a scene.
-        world_source: files from which the world was made; None without a world.
+        world: world at time 0 with robots, prims and MuJoCo model; None for a graph without a scene.
+        world_source: sources of the world; None without a world.
     """
 
     path: Path
@@ -123,15 +123,13 @@ class LoadedScene:
 
         Raises:
             CheckError: the scene has errors.
-            UsageError: a graph is a subgraph, which needs another graph that sets its inputs.
+            UsageError: a graph is only a subgraph, whose inputs another graph must set.
         """
         self.findings.raise_errors()
         for graph in self.planned:
             if graph.left_open:
-                ports = ", ".join(graph.left_open)
-                raise UsageError(
-                    f"{graph.name} is a subgraph and gets {ports} from the graph that uses it; run that graph"
-                )
+                what = f"{graph.name} is a subgraph and gets {', '.join(graph.left_open)} from the graph that uses it"
+                raise UsageError(f"{what}; run that graph")
 
     @property
     def stage(self) -> Stage:

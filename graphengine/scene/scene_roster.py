@@ -71,29 +71,26 @@ class SceneRoster(Roster):
         self.follow(scene, world)
 
     def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
-        """Add robots according to a new version of the scene from now on; its world must be equal to that of the old version."""
-        self._scene, self._world, self._robots = scene, world, world.robots
+        """Use a new version of the scene for robots that are added later; both versions must have equal worlds."""
+        self._scene, self._robots = scene, world.robots
+        self.world = world
+        """World of the session with its current robots."""
         world.scenery.library.files = self._files
 
     @property
-    def world(self) -> LoadedWorld:
-        """World of the session with its current robots."""
-        return self._world
-
-    @property
     def spawned(self) -> Sequence[str]:
-        """Names of the spawned robots that have not been removed, oldest first."""
+        """Names of the spawned robots that still exist, oldest first."""
         stage = self._services.stage
         return [name for name, robot in self._robots.items() if stage.find(robot.prim_path).facts.get("spawned")]
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """Robot file or robot description of each robot, as in the key `use`, by robot name."""
+        """Robot file or description of each robot by name, as in the key `use` of a scene file."""
         return {name: robot.placement.use.use for name, robot in self._robots.items()}
 
     def add(self, name: str, use: RobotUse, *, forced: bool = True) -> None:
-        """Add a robot to the world and set up its graphs, which run after all other graphs; see `Roster.add`."""
-        self._world.add(name, use)
+        """Add a robot to the world, and set up its graphs, which run after all other graphs; see `Roster.add`."""
+        self.world.add(name, use)
         beside = [run.executor.graph for run in self._ticker.graphs]
         claims = self._services.claims
 
@@ -106,7 +103,7 @@ class SceneRoster(Roster):
         self._begin(name, plan)
 
     def _begin(self, name: str, plan: Callable[[], Sequence[Graph]]) -> None:
-        """Set up the graphs of a robot that was added to the world; after an error, remove the robot again."""
+        """Set up the graphs of a robot that is already in the world; after an error, remove the robot again."""
         try:
             self._ticker.add(plan())
         except BaseException:
@@ -153,7 +150,7 @@ class SceneRoster(Roster):
         return graphs
 
     def remove(self, name: str) -> None:
-        """Remove a robot, its graphs and its topics; before that, the robot's graphs run their closing events."""
+        """Remove a robot, its graphs and its topics, after the robot's graphs have run their closing events."""
         own = self._own(name)
         self._ticker.tell("at_close", own)
         self._dismiss(name, own)
@@ -176,7 +173,7 @@ class SceneRoster(Roster):
         return own
 
     def save(self) -> Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]:
-        """Return a tuple for each robot, in order: the robot, whether it was spawned, and its graphs."""
+        """Return a tuple for each robot: the robot, whether the robot was spawned, and the robot's graphs."""
         graphs = [run.executor.graph for run in self._ticker.graphs]
         return [
             (robot, name in self.spawned, [graph for graph in graphs if graph.name.startswith(f"{name}/")])
@@ -191,9 +188,9 @@ class SceneRoster(Roster):
             self._dismiss(name, self._own(name))
         stage = self._services.stage
         for robot, spawned, graphs in saved[same:]:
-            self._world.put(robot.placement)
+            self.world.put(robot.placement)
             stage.find(robot.prim_path).facts["spawned"] = spawned
-            scene, path = self._world.scenery.scene, robot.prim_path
+            scene, path = self.world.scenery.scene, robot.prim_path
             write_namespaces(scene, stage, graphs, Findings(), within=path)
             self._begin(robot.name, partial(list, graphs))
 
@@ -201,4 +198,4 @@ class SceneRoster(Roster):
         """Remove a robot, its graphs, and the data that the session keeps for it."""
         self._ticker.remove(own)
         self._services.forget(self._robots[name].prim_path)
-        self._world.remove(name)
+        self.world.remove(name)

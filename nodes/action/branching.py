@@ -67,7 +67,7 @@ class SwitchToken(Node, type="omni.graph.action.SwitchToken", gated=True):
     value: Token = In(default="", doc="token to compare with `branch0`, `branch1`, …")
 
     def compute(self) -> Fire:
-        """Return the output of the first branch that equals `value`, or None if no branch does."""
+        """Return the output of the first branch that equals `value`; None if no branch equals it."""
         for branch in self.series["branch"]:
             if getattr(self, branch) == self.value:
                 fired: Fire = getattr(self, f"output{branch.removeprefix('branch')}", None)

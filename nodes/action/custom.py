@@ -10,7 +10,7 @@ from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Mailbox, Node,
 class CustomEventNode(Node):
     """Base of nodes that send or receive the events named `eventName`."""
 
-    event_name: Token
+    event_name: Token = In(default="", setup=True)
 
     mailbox: Mailbox = Bound()
 
@@ -24,7 +24,6 @@ class SendCustomEvent(CustomEventNode, type="omni.graph.action.SendCustomEvent")
 
     exec_in = ExecIn()
     bundle: Any = In(type="bundle", doc="bundle sent with the event")
-    event_name: Token = In(default="", setup=True)
     path: Token = In(default="", doc="path sent with the event")
     exec_out = ExecOut()
 
@@ -36,7 +35,6 @@ class SendCustomEvent(CustomEventNode, type="omni.graph.action.SendCustomEvent")
 class OnCustomEvent(CustomEventNode, type="omni.graph.action.OnCustomEvent"):
     """Fires once for each event named `eventName` that was sent in the previous tick."""
 
-    event_name: Token = In(default="", setup=True)
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     exec_out = ExecOut()
     bundle: Any = Out(type="bundle", doc="bundle sent with the event")

@@ -18,11 +18,8 @@ class TickEvent(Node):
             ContextError: the graph runs at every physics step instead of once a tick.
         """
         if context.runs != "tick":
-            raise ContextError(
-                "the node needs a graph that runs once a tick, but this graph runs at every physics step",
-                None,
-                "use OnPhysicsStep, or write `runs: tick` into the graph file",
-            )
+            text = "the node needs a graph that runs once a tick, but this graph runs at every physics step"
+            raise ContextError(text, None, "use OnPhysicsStep, or write `runs: tick` into the graph file")
         self.clock = context.clock
 
 
@@ -37,9 +34,7 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
     def compute(self) -> None:
         """Output the tick period, the tick number and the simulation time."""
         clock = self.clock
-        self.delta_seconds = clock.delta
-        self.frame = float(clock.frame)
-        self.time = clock.time
+        self.delta_seconds, self.frame, self.time = clock.delta, float(clock.frame), clock.time
 
 
 class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
@@ -52,9 +47,7 @@ class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     tick = ExecOut()
     time: float = Out(unit="s", doc="simulation time since play")
-    delta_seconds: float = Out(
-        unit="s", doc="simulation time since the previous firing; at the first firing, simulation time since play"
-    )
+    delta_seconds: float = Out(unit="s", doc="simulation time since the previous firing; at the first, since play")
     frame: float = Out(doc="number of the tick since play; the first is 1")
     is_playing: bool = Out()
     absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began; a stop does not reset it")
@@ -82,9 +75,7 @@ class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
 class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=True):
     """Fires in each tick that follows a tick in which the value of a graph variable changed."""
 
-    variable_name: Token = In(
-        default="", setup=True, required=True, doc="name of a variable below `variables:` in the graph file"
-    )
+    variable_name: Token = In(default="", setup=True, required=True, doc="variable from `variables:` of the graph file")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     changed = ExecOut()
 

@@ -29,7 +29,7 @@ class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
 
 
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
-    """Fires one of `output0`, `output1`, … per execution, in turn, and starts again after the last one.
+    """Fires one of `output0`, `output1`, … per execution, in turn; after the last output, it starts again.
 
     Unwired outputs before the last wired output have their turns too; in the turn of an unwired output, nothing fires.
     """
@@ -159,12 +159,8 @@ class RationalTimeSyncGate(Rendezvous, type="omni.graph.action.RationalTimeSyncG
 
     numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="numerator of the time in seconds")
     denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="denominator of the time in seconds")
-    numerator_out: Int64 = Out(
-        name="rationalTimeNumerator", doc="value of the input `rationalTimeNumerator` at the last execution"
-    )
-    denominator_out: UInt64 = Out(
-        name="rationalTimeDenominator", doc="value of the input `rationalTimeDenominator` at the last execution"
-    )
+    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="numerator at the last execution")
+    denominator_out: UInt64 = Out(name="rationalTimeDenominator", doc="denominator at the last execution")
 
     def compute(self) -> Fire:
         """Count this execution, and fire if the count has reached the number of wires of the execution input.

@@ -29,13 +29,9 @@ class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
     """
 
     key_in: Token = In(default="A", tokens=KEYS)
-    shift_in: bool = In(
-        default=False, doc="true: Shift must be held when the key is pressed; false: Shift must not be held"
-    )
-    alt_in: bool = In(default=False, doc="true: Alt must be held when the key is pressed; false: Alt must not be held")
-    ctrl_in: bool = In(
-        default=False, doc="true: Ctrl must be held when the key is pressed; false: Ctrl must not be held"
-    )
+    shift_in: bool = In(default=False, doc="true: Shift must be held when the key is pressed; false: must not")
+    alt_in: bool = In(default=False, doc="true: Alt must be held when the key is pressed; false: must not")
+    ctrl_in: bool = In(default=False, doc="true: Ctrl must be held when the key is pressed; false: must not")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     pressed = ExecOut()
     released = ExecOut()

@@ -1,4 +1,4 @@
-"""Loop nodes, which run all their iterations within one tick (`omni.graph.action`).
+"""Loop nodes (`omni.graph.action`). They run all iterations within one tick.
 
 In each iteration, all nodes behind `loopBody` run. If one of them fires the loop's input `breakLoop`, this iteration is the
 last one. A loop that is not running ignores `breakLoop`. `finished` fires after a break too. After the loop, the outputs keep

@@ -48,7 +48,7 @@ class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
 
 @lint("W101")
 def lint_events_that_never_come(context: LintContext) -> None:
-    """Warn of OnStageEvent nodes that wait for an event of the editor, such as `Saved`, which never occurs."""
+    """Warn about OnStageEvent nodes that wait for an event of the editor: such an event, for example `Saved`, never occurs."""
     for _, instance, node in context.nodes(OnStageEvent):
         if node.event_name not in STARTS + STOPS:
             message = f"{instance.id} never fires: {node.event_name!r} is an event of the editor"

@@ -11,9 +11,7 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
     """Fires `finished` once, in the first tick in which `duration` has passed since the last execution."""
 
     exec_in = ExecIn(doc="starts or restarts the wait")
-    duration: float = In(
-        default=0.0, ge=0.0, unit="s", doc="simulation time to wait; a change during the wait has no effect"
-    )
+    duration: float = In(default=0.0, ge=0.0, unit="s", doc="simulation time to wait; fixed when the wait starts")
     finished = ExecOut()
 
     end: float = State(default=0.0)
@@ -44,9 +42,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
     """
 
     play = ExecIn(doc="starts the motion of `value` in the next tick; ignored during a motion")
-    duration: float = In(
-        default=1.0, ge=0.0, unit="s", doc="simulation time of the motion; a wired value below 0 counts as 0"
-    )
+    duration: float = In(default=1.0, ge=0.0, unit="s", doc="simulation time of the motion; below 0 counts as 0")
     start_value: float = In(default=0.0, doc="first `value` of the motion")
     end_value: float = In(default=1.0, doc="last `value` of the motion")
     updated = ExecOut()

@@ -15,7 +15,7 @@ from graphengine.nodes.touched import drives_of
 
 
 class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.ArticulationActuators"):
-    """Sets feed-forward efforts, which are added to the efforts of the joints' drives.
+    """Sets feed-forward efforts. They are added to the efforts of the joints' drives.
 
     Isaac Sim's actuators correspond to the drives of the robot file: a drive with `stiffness` and `damping` to a PD actuator,
     and its `max_force` to the effort limit of the actuator. A feed-forward effort acts from the next physics step until it is
@@ -29,14 +29,11 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
     """
 
     exec_in = ExecIn()
-    robot_path: String = In(
-        default="", required=True, setup=True, doc="path of the robot's prim, base link or articulation root"
-    )
+    robot_path: String = In(default="", required=True, setup=True, doc="path of the robot's prim, base link or root")
     auto_step_pre_physics: bool = In(default=True, doc="no effect: drives act in every physics step")
     step_dt: float = In(default=0.016667, unit="s", doc="no effect: drives do not integrate errors")
     feedforward_command: Floats = In(
-        unit="N m, N",
-        doc="feed-forward efforts: one per selected joint, or one for all selected joints; if empty, efforts do not change",
+        unit="N m, N", doc="feed-forward efforts: one per selected joint, or one for all; if empty, efforts stay"
     )
     indices: Ints = In(ge=0, le=0, doc="index of the robot: empty or [0], because `robotPath` selects a single robot")
     dof_indices: Ints = In(ge=0, doc="indices of the joints whose efforts are set; if empty, all joints")

@@ -27,9 +27,7 @@ class RobotNode(Node):
 
     exec_in = ExecIn()
     target_prim: Target = In(required="robot", setup=True, doc="the robot's prim, base link or articulation root")
-    robot_path: String = In(
-        default="", required="robot", setup=True, doc="path of the robot's prim; overrides `targetPrim`"
-    )
+    robot_path: String = In(default="", required="robot", setup=True, doc="path of the robot; overrides `targetPrim`")
 
     articulation: Articulation = Bound()
 
@@ -40,21 +38,17 @@ class RobotNode(Node):
             BadValueError: both inputs are empty.
         """
         if not (self.robot_path or self.target_prim):
-            raise BadValueError(
-                "targetPrim, robotPath", self.target_prim, "the prim, base link or articulation root of a robot"
-            )
+            legal = "the prim, base link or articulation root of a robot"
+            raise BadValueError("targetPrim, robotPath", self.target_prim, legal)
         return self.robot_path or self.target_prim[0]
 
 
 class SelectedJointsNode(RobotNode):
     """Base of nodes that read or command joints of a robot; `jointNames` or `jointIndices` selects the joints."""
 
-    joint_names: Tokens = In(
-        doc="names of the joints to use, in this order; if empty, `jointIndices` selects the joints"
-    )
+    joint_names: Tokens = In(doc="names of the joints to use, in this order; if empty, `jointIndices` selects them")
     joint_indices: Ints = In(
-        ge=0,
-        doc="indices of the joints to use, if `jointNames` is empty; if both inputs are empty, all joints are used",
+        ge=0, doc="indices of the joints to use, if `jointNames` is empty; if both are empty, all joints"
     )
 
     selection: JointSelection = Bound()
@@ -95,16 +89,14 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
     """
 
     position_command: Doubles = In(
-        unit="rad, m",
-        doc="position targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        unit="rad, m", doc="position targets, one per selected joint; NaN keeps a target, an empty array all targets"
     )
     velocity_command: Doubles = In(
         unit="rad/s, m/s",
-        doc="velocity targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        doc="velocity targets, one per selected joint; NaN keeps a target, an empty array all targets",
     )
     effort_command: Doubles = In(
-        unit="N m, N",
-        doc="effort targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
+        unit="N m, N", doc="effort targets, one per selected joint; NaN keeps a target, an empty array all targets"
     )
 
     logger: Context = Bound()
@@ -133,11 +125,9 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
         joints = len(selection.names)
         for name, command in zip(("positionCommand", "velocityCommand", "effortCommand"), commands, strict=True):
             if len(command) not in (0, joints):
-                raise BadValueError(
-                    f"{name}, jointNames, jointIndices",
-                    command,
-                    f"such that {name} has one number for each of {joints} joints of {self.articulation.prim_path}",
-                )
+                robot = self.articulation.prim_path
+                legal = f"such that {name} has one number for each of {joints} joints of {robot}"
+                raise BadValueError(f"{name}, jointNames, jointIndices", command, legal)
         position, velocity, effort = commands
         selection.command(position or None, velocity or None, effort or None)
 
@@ -155,9 +145,7 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
 
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
-    measured_joint_efforts: Doubles = Out(
-        unit="N m, N", doc="for each joint, effort of its drive plus commanded effort"
-    )
+    measured_joint_efforts: Doubles = Out(unit="N m, N", doc="effort of each joint's drive plus commanded effort")
     measured_joint_forces: Double3s = Out(
         unit="N", doc="for each joint, force of the parent link on the child link, in the frame of the child link"
     )
@@ -203,9 +191,7 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
 
     joint_names: Tokens = In(doc="names to translate, such as `jointNames` of ROS2SubscribeJointState")
     exec_out = ExecOut()
-    joint_names_out: Tokens = Out(
-        name="jointNames", doc="names in the robot description, for IsaacArticulationController"
-    )
+    joint_names_out: Tokens = Out(name="jointNames", doc="joint names for IsaacArticulationController")
     robot_path_out: String = Out(name="robotPath", doc="path of the robot's prim")
 
     own_names: dict[str, str] = Bound()
@@ -224,7 +210,7 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
 
 
 _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effort_command": ""}
-"""Drive gain that each command needs to have an effect, by the input's Python name; empty if the command needs no drive."""
+"""A dict from each command input to the drive gain without which the command has no effect; empty if no drive is needed."""
 _EXAMPLES = {"stiffness": 1000, "damping": 50}
 """Example values of drive gains, for messages that advise to add a drive."""
 NO_JOINTS = "look for `enabled: false`, `keep_only_joints` and fixed joints in the robot file and its description"
@@ -246,7 +232,7 @@ class _Command:
 
 @lint("W207")
 def lint_joints_commanded_twice(context: LintContext) -> None:
-    """Warn of joints that get the same kind of command from two graphs. The command of the graph that runs last wins."""
+    """Warn about joints that get the same kind of command from two graphs. The command of the graph that runs last wins."""
     first: dict[tuple[str, str, str], _Command] = {}
     for command in _commands(context):
         others: dict[int, tuple[_Command, dict[str, None]]] = {}
@@ -271,7 +257,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
     """Report controllers whose commands have no effect on some joints, because the drives of these joints lack the needed gain.
 
     Position commands need a drive with stiffness, velocity commands a drive with damping. The finding is an error if the inputs
-    select such a joint by name or index, and the joint has no drive and mimics no other joint. Otherwise it is a warning.
+    select a joint by name or index that has no drive and mimics no other joint. Otherwise the finding is a warning.
     """
     for command in _commands(context):
         joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}
@@ -299,7 +285,7 @@ def lint_commands_without_drive(context: LintContext) -> None:
 
 @lint("W214")
 def lint_velocities_held_by_stiffness(context: LintContext) -> None:
-    """Warn of velocity commands to joints whose drives have stiffness, unless a controller also commands their positions.
+    """Warn about velocity commands to joints whose drives have stiffness, unless a controller also commands their positions.
 
     In equilibrium, stiffness x deviation = damping x velocity: the joint stops damping / stiffness x velocity from its position
     set point.
@@ -330,7 +316,7 @@ def lint_velocities_held_by_stiffness(context: LintContext) -> None:
 
 @lint("W215")
 def lint_lengths_of_commands(context: LintContext) -> None:
-    """Warn of commands that do not have one number for each selected joint, if their length is known before the run."""
+    """Warn about commands that do not have one number for each selected joint, if their length is known before the run."""
     for inputs, node in known_inputs(context, IsaacArticulationController):
         robot, names, indices = robot_of(context, node), inputs.length("joint_names"), inputs.length("joint_indices")
         if inputs.instance.index not in inputs.graph.plan.order or names is None or indices is None:
@@ -345,13 +331,12 @@ def lint_lengths_of_commands(context: LintContext) -> None:
 
 @lint("W211")
 def lint_robots_without_joints(context: LintContext) -> None:
-    """Warn of controllers that command a robot without movable joints."""
+    """Warn about controllers that command a robot without movable joints."""
     for command in _commands(context):
         if not command.joints:
-            message = (
-                f"{command.instance.id} commands the joints of {command.robot.path}, but no joint of the robot can move"
-            )
-            context.findings.add("W211", message, command.instance.span, NO_JOINTS, related=command.instance.entry.via)
+            node, robot = command.instance, command.robot.path
+            message = f"{node.id} commands the joints of {robot}, but no joint of the robot can move"
+            context.findings.add("W211", message, node.span, NO_JOINTS, related=node.entry.via)
 
 
 def _commands(context: LintContext) -> Iterator[_Command]:
@@ -375,10 +360,7 @@ def _commands(context: LintContext) -> Iterator[_Command]:
 
 
 def robot_of(context: LintContext, node: RobotNode) -> Prim | None:
-    """Return the robot that the inputs of a node select, or None if they select no robot.
-
-    In the latter case, `graphrun check` reports an error when it sets up the node.
-    """
+    """Return the robot that the inputs of a node select, or None if they select no robot; setting up the node then fails."""
     try:
         return context.stage.stands_for_robot(context.stage.find(node.prim()))
     except GraphError:

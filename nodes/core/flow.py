@@ -26,11 +26,8 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
             ContextError: the graph runs once a tick instead of at every physics step.
         """
         if context.runs != "physics_step":
-            raise ContextError(
-                "the node needs a graph that runs at every physics step, but this graph runs once a tick",
-                None,
-                "write `runs: physics_step` into the graph file, or use OnPlaybackTick",
-            )
+            text = "the node needs a graph that runs at every physics step, but this graph runs once a tick"
+            raise ContextError(text, None, "write `runs: physics_step` into the graph file, or use OnPlaybackTick")
         self.clock = context.clock
 
     def compute(self) -> None:
@@ -42,12 +39,10 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
 
 
 class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", gated=True, counts=True):
-    """Fires at every `step`-th execution since play."""
+    """Fires at every n-th execution since play, where n is `step`."""
 
     exec_in = ExecIn()
-    step: UInt = In(
-        default=1, doc="number of executions per firing: with 3, fires at the third, sixth, … execution; with 0, never"
-    )
+    step: UInt = In(default=1, doc="executions per firing; 3: fires at the third, sixth, … execution; 0: never fires")
     exec_out = ExecOut()
 
     executions: int = State(default=0)

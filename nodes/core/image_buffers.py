@@ -62,11 +62,8 @@ class ImageBufferNode(Node):
             self.from_buffer(memoryview(self.data_ptr))
             return self.exec_out
         if self.camera is None:
-            raise BadValueError(
-                "dataPtr, renderProductPath",
-                self.data_ptr,
-                "a buffer in dataPtr or a camera path in renderProductPath",
-            )
+            legal = "a buffer in dataPtr or a camera path in renderProductPath"
+            raise BadValueError("dataPtr, renderProductPath", self.data_ptr, legal)
         if self.camera.due:
             self.camera.request()
         picture = self.camera.delivered()
@@ -116,9 +113,7 @@ class IsaacConvertRGBAToRGB(ImageBufferNode, type="isaacsim.core.nodes.IsaacConv
     encoding: Token = In(default="rgba8", doc="encoding of the image in `dataPtr`: rgba8")
     format: UInt64 = In(default=0, doc="no effect: `encoding` sets the pixel format")
     exec_out = ExecOut()
-    data_ptr_out: Buffer = Out(
-        default=0, name="dataPtr", doc="rgb8 image for ROS2PublishImage: buffer with three bytes per pixel"
-    )
+    data_ptr_out: Buffer = Out(default=0, name="dataPtr", doc="rgb8 image: buffer with three bytes per pixel")
     encoding_out: Token = Out(name="encoding", doc="always rgb8")
     width_out: UInt = Out(name="width", unit="pixel", doc="width of the image")
     height_out: UInt = Out(name="height", unit="pixel", doc="height of the image")
@@ -155,22 +150,17 @@ class IsaacConvertDepthToPointCloud(
     """
 
     data_ptr: Buffer = In(
-        default=0,
-        doc="depth image, m: buffer with one float32 per pixel, top row first; inf at pixels without a surface",
+        default=0, doc="depth image, m: buffer with one float32 per pixel, top row first; inf without a surface"
     )
-    focal_length: Float = In(
-        gt=0.0, unset=True, unit="mm", doc="focal length of the camera, in the same unit as `horizontalAperture`"
-    )
+    focal_length: Float = In(gt=0.0, unset=True, unit="mm", doc="focal length, in the unit of `horizontalAperture`")
     horizontal_aperture: Float = In(
-        gt=0.0, unset=True, unit="mm", doc="width of the camera's aperture, in the same unit as `focalLength`"
+        gt=0.0, unset=True, unit="mm", doc="width of the aperture, in the unit of `focalLength`"
     )
     vertical_aperture: Float = In(default=0.0, unit="mm", doc="no effect: pixels are square")
     format: UInt64 = In(default=_R32_SFLOAT, doc="format of the image in `dataPtr`: 33 (R32_SFLOAT)")
     exec_out = ExecOut()
     data_ptr_out: Buffer = Out(
-        default=0,
-        name="dataPtr",
-        doc="points for ROS2PublishPointCloud, m: buffer with x, y and z of one point per pixel as float32",
+        default=0, name="dataPtr", doc="points, m: buffer with x, y and z of one point per pixel as float32"
     )
     buffer_size_out: UInt = Out(name="bufferSize", doc="size of the buffer of points in bytes")
     height_out: UInt = Out(default=1, name="height", doc="always 1")

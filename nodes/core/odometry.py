@@ -17,20 +17,16 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     """Computes the ground-truth odometry of a body: its pose relative to its start pose, its velocities and its accelerations.
 
     The start pose is the body's pose at the first execution after play. When a command moves the robot, the start pose moves with
-    the robot, so that the output pose does not jump (REP 105). If the command says that odometry jumps, the start pose stays.
+    the robot: the output pose does not jump (REP 105). If the command says that odometry jumps, the start pose stays.
     Accelerations are differences between the velocities at this execution and at the previous execution, divided by the
     simulation time between the two executions.
     """
 
     exec_in = ExecIn()
-    chassis_prim: Target = In(
-        required=True, setup=True, doc="prim of a rigid body, or prim that is fixed to a rigid body"
-    )
+    chassis_prim: Target = In(required=True, setup=True, doc="prim of a rigid body, or prim that is fixed to one")
     exec_out = ExecOut()
     position: Vector3d = Out(unit="m", doc="position of the body in the frame of its start pose")
-    orientation: Quaterniond = Out(
-        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) of the body relative to its start pose"
-    )
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="rotation (x, y, z, w) from the start pose")
     linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the body's frame")
     angular_velocity: Vector3d = Out(unit="rad/s", doc="angular velocity in the world frame")
     linear_acceleration: Vector3d = Out(

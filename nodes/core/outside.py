@@ -38,9 +38,7 @@ class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
     the option `--allow`.
     """
 
-    path: Any = In(
-        type="path", default="", setup=True, required=True, doc="path of the file, relative to the graph file's folder"
-    )
+    path: Any = In(type="path", default="", setup=True, required=True, doc="path, relative to the graph file's folder")
     file_contents: Any = Out(type="string|token")
 
     found: str = Bound()

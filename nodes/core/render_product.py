@@ -19,16 +19,14 @@ class IsaacCreateRenderProduct(Node, type="isaacsim.core.nodes.IsaacCreateRender
     height: UInt = In(default=720, setup=True, unit="pixel")
     camera_prim: Target = In(required=True, setup=True, doc="prim of the camera, lidar or radar")
     enabled: bool = In(default=True, doc="false: `execOut` does not fire")
-    render_product_prim: Target = In(
-        setup=True, doc="existing render product to output; if empty, the node creates a render product"
-    )
+    render_product_prim: Target = In(setup=True, doc="existing render product to output; if empty, it is created")
     render_product_path: Token = Out(doc="path of the render product, for helper nodes")
     exec_out = ExecOut()
 
     path: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Create the render product and output its path, so that helper nodes know the path before the first tick."""
+        """Create the render product and output its path; helper nodes then know the path before the first tick."""
         if self.render_product_prim:
             self.path = self.render_product_prim[0]
         else:
@@ -54,9 +52,7 @@ class IsaacSetCameraOnRenderProduct(Node, type="isaacsim.core.nodes.IsaacSetCame
     """Switches a render product to another camera. The width and height of the render product stay the same."""
 
     exec_in = ExecIn()
-    render_product_path: Token = In(
-        required=True, setup=True, doc="path of the render product, from IsaacCreateRenderProduct"
-    )
+    render_product_path: Token = In(required=True, setup=True, doc="render product, from IsaacCreateRenderProduct")
     camera_prim: Target = In(required=True, setup=True, doc="prim of the camera to switch to")
     exec_out = ExecOut()
 
@@ -82,24 +78,14 @@ HORIZONTAL_APERTURE = 20.955
 class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", volatile=True):
     """Outputs the image size, focal length and aperture of a render product's camera, as USD defines them for pinhole cameras."""
 
-    render_product_path: Token = In(
-        required=True, setup=True, doc="path of the render product, from IsaacCreateRenderProduct"
-    )
+    render_product_path: Token = In(required=True, setup=True, doc="render product, from IsaacCreateRenderProduct")
     width: UInt = Out(unit="pixel")
     height: UInt = Out(unit="pixel")
-    focal_length: Float = Out(
-        unit="mm", doc="focal length; in pixels, it is `width` * `focalLength` / `horizontalAperture`"
-    )
+    focal_length: Float = Out(unit="mm", doc="in pixels, it is `width` * `focalLength` / `horizontalAperture`")
     horizontal_aperture: Float = Out(unit="mm", doc=f"always {HORIZONTAL_APERTURE}, USD's default")
-    vertical_aperture: Float = Out(
-        unit="mm", doc="`horizontalAperture` * `height` / `width`, because pixels are square"
-    )
-    horizontal_offset: Float = Out(
-        unit="mm", doc="horizontal offset of the aperture's centre from the optical axis; always 0"
-    )
-    vertical_offset: Float = Out(
-        unit="mm", doc="vertical offset of the aperture's centre from the optical axis; always 0"
-    )
+    vertical_aperture: Float = Out(unit="mm", doc="`horizontalAperture` * `height` / `width`: pixels are square")
+    horizontal_offset: Float = Out(unit="mm", doc="horizontal offset of the aperture from the optical axis; always 0")
+    vertical_offset: Float = Out(unit="mm", doc="vertical offset of the aperture from the optical axis; always 0")
     projection_type: Token = Out(doc="always pinhole")
     camera_fisheye_params: Floats = Out(doc="always empty, because cameras are pinhole cameras")
     physical_distortion_model: Token = Out(doc="always plumb_bob")

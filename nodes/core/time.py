@@ -18,12 +18,9 @@ class TimeNode(ClockNode):
     The reference time is `referenceTimeNumerator` / `referenceTimeDenominator`, s.
     """
 
-    reference_time_numerator: int = In(
-        default=0, doc="numerator of the reference time (s); used if `referenceTimeDenominator` is above 0"
-    )
+    reference_time_numerator: int = In(default=0, doc="numerator of the reference time, s; needs a denominator above 0")
     reference_time_denominator: UInt64 = In(
-        default=0,
-        doc="denominator of the reference time (s), which replaces the time of the clock; 0: output the time of the clock",
+        default=0, doc="denominator of the reference time, s; 0: output the time of the clock"
     )
 
     def or_reference(self, time: float) -> float:
@@ -33,11 +30,9 @@ class TimeNode(ClockNode):
 
 
 class IsaacReadSimulationTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSimulationTime", volatile=True):
-    """Outputs the simulation time, which is constant within a pass of the graph."""
+    """Outputs the simulation time. It is constant within a pass of the graph."""
 
-    reset_on_stop: bool = In(
-        default=True, doc="true: output the time since play; false: output the time since the session began"
-    )
+    reset_on_stop: bool = In(default=True, doc="true: output the time since play; false: since the session began")
     simulation_time: float = Out(unit="s")
 
     def compute(self) -> None:
@@ -100,12 +95,10 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
 class IsaacRealTimeFactor(ClockNode, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
     """Computes the real-time factor: elapsed simulation time divided by elapsed wall time.
 
-    The elapsed times are those between the last two ticks in which the node was computed.
+    Both times are measured between the last two ticks in which the node was computed.
     """
 
-    rtf: Float = Out(
-        doc="real-time factor: 1 is real time, above 1 is faster; 0 until the node was computed in two ticks"
-    )
+    rtf: Float = Out(doc="1 is real time, above 1 is faster; 0 until the node was computed in two ticks")
 
     last: tuple[float, float] = State(default=(math.nan, math.nan))
 

@@ -20,9 +20,7 @@ class IsaacReadWorldPose(Node, type="isaacsim.core.nodes.IsaacReadWorldPose", vo
 
     prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
     translation: Vector3d = Out(unit="m")
-    orientation: Quaterniond = Out(
-        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) of the prim in the world frame"
-    )
+    orientation: Quaterniond = Out(default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) in the world frame")
     scale: Vector3d = Out(doc="always (1, 1, 1), because poses have no scale")
 
     frame: Frame = Bound()
@@ -46,9 +44,7 @@ class IsaacComputeTransformTree(Node, type="isaacsim.core.nodes.IsaacComputeTran
 
     exec_in = ExecIn()
     parent_prim: Target = In(setup=True, doc="prim of the parent frame; if empty, the world frame is the parent")
-    target_prims: Target = In(
-        required=True, setup=True, doc="prims whose poses are computed: robots, links, sensors, frames"
-    )
+    target_prims: Target = In(required=True, setup=True, doc="prims to compute: robots, links, sensors, frames")
     exec_out = ExecOut()
     parent_frames: Tokens = Out(doc="name of the parent frame of each pose")
     child_frames: Tokens = Out(doc="name of the child frame of each pose")

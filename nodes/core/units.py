@@ -16,9 +16,7 @@ class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScale
         tokens=("Convert to stage units", "Convert to meters"),
         doc="direction of the conversion; the value is unchanged in both directions",
     )
-    value: Any = In(
-        type=NUMERICS, couple="length", required=True, unit="m", doc="length to convert: number, tuple or array"
-    )
+    value: Any = In(type=NUMERICS, couple="length", required=True, unit="m", doc="number, tuple or array to convert")
     result: Any = Out(type=NUMERICS, couple="length", unit="m")
 
     def compute(self) -> None:

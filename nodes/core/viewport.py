@@ -14,16 +14,14 @@ class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
 
     exec_in = ExecIn()
     name: Token = In(default="", setup=True, doc="name of the viewport; if empty, `viewportId` selects the name")
-    viewport_id: UInt = In(
-        default=0, setup=True, doc=f"number to use as the viewport's name if `name` is empty; 0 selects {DEFAULT!r}"
-    )
+    viewport_id: UInt = In(default=0, setup=True, doc=f"number that is the name if `name` is empty; 0: {DEFAULT!r}")
     viewport: Token = Out(doc="name of the viewport")
     exec_out = ExecOut()
 
     title: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Create the viewport and output its name, so that other nodes find the viewport before the first tick."""
+        """Create the viewport and output its name; other nodes then find the viewport before the first tick."""
         self.title = self.name or (str(self.viewport_id) if self.viewport_id else DEFAULT)
         context.viewport(self.title, make=True)
         self.viewport = self.title
@@ -61,7 +59,7 @@ class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetView
     path: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up the render product and output its path, so that helper nodes know the path before the first tick."""
+        """Look up the render product and output its path; helper nodes then know the path before the first tick."""
         self.path = self.render_product_path = context.viewport(self.viewport)
 
     def compute(self) -> None:

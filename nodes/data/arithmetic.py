@@ -23,7 +23,7 @@ class Add(Folded, type="omni.graph.nodes.Add"):
     operation = on_numbers = operator.add
 
     a: Any = In(type=NUMERICS, required=True, doc="first summand: number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="second summand; a graph file can add inputs `input2`, `input3`, …")
+    b: Any = In(type=NUMERICS, required=True, doc="second summand; a graph can add `input2`, `input3`, …")
     sum: Any = Out(type=NUMERICS, doc="sum of all inputs")
 
 
@@ -33,11 +33,7 @@ class Subtract(Folded, type="omni.graph.nodes.Subtract"):
     operation = on_numbers = operator.sub
 
     a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to subtract from")
-    b: Any = In(
-        type=NUMERICS,
-        required=True,
-        doc="value to subtract from `a`; a graph file can add inputs `input2`, `input3`, …",
-    )
+    b: Any = In(type=NUMERICS, required=True, doc="value to subtract from `a`; a graph can add `input2`, `input3`, …")
     difference: Any = Out(type=NUMERICS, doc="`a` minus all other inputs")
 
 
@@ -47,7 +43,7 @@ class Multiply(Folded, type="omni.graph.nodes.Multiply"):
     operation = on_numbers = operator.mul
 
     a: Any = In(type=NUMERICS, required=True, doc="first factor: number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="second factor; a graph file can add inputs `input2`, `input3`, …")
+    b: Any = In(type=NUMERICS, required=True, doc="second factor; a graph can add `input2`, `input3`, …")
     product: Any = Out(type=NUMERICS, doc="product of all inputs")
 
 
@@ -55,9 +51,7 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
     """Divides a value by a number, or an array by an array of numbers; quotients of integers are doubles."""
 
     a: Any = In(type=NUMERICS, required=True, doc="dividend: number, tuple or array")
-    b: Any = In(
-        type=NUMERICS, required=True, doc="divisor: number, or array of numbers if `a` is an array; 0 is an error"
-    )
+    b: Any = In(type=NUMERICS, required=True, doc="divisor: number, or array if `a` is an array; 0 is an error")
     result: Any = Out(type=NUMERICS, doc="`a` / `b`; has the type of `a`, with doubles in place of integers")
 
     @staticmethod
@@ -120,7 +114,7 @@ class Negate(Elementwise, type="omni.graph.nodes.Negate"):
     output: Any = Out(type=NUMERICS, doc="`input` times -1")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of the output, which is the type of the input.
+        """Return the type of the input, which is also the type of the output.
 
         Raises:
             ValueError: the input type is unsigned.
@@ -145,9 +139,7 @@ class Increment(Elementwise, type="omni.graph.nodes.Increment"):
 
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to add to")
     increment: float = In(default=1.0, doc="number to add to each number of `value`")
-    result: Any = Out(
-        type=NUMERICS, doc="sum; has the type of `value`; if that is an integer type, the sum is truncated toward 0"
-    )
+    result: Any = Out(type=NUMERICS, doc="sum in the type of `value`, truncated toward 0 for an integer type")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Return the addition as a function of port values; integer results are truncated toward 0."""

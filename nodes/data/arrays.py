@@ -40,9 +40,8 @@ class ArrayNode(Node):
         if array is None:
             return {}
         element = element_of(array)
-        elements = [
-            name for name in unions if name not in arrays and not (name in known and fits(known[name], element))
-        ]
+        fitting = [name for name, given in known.items() if fits(given, element)]
+        elements = [name for name in unions if name not in (*arrays, *fitting)]
         return dict.fromkeys(arrays, array) | dict.fromkeys(elements, element)
 
 
@@ -119,9 +118,7 @@ class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
 class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
     """Inserts an element into an array, before the element at `index`."""
 
-    index: Int = In(
-        default=0, doc="index of the new element; values below 0 insert at the start, values beyond the end append"
-    )
+    index: Int = In(default=0, doc="index of the new element, limited to the range from 0 to the array's length")
     value: Any = In(type=ELEMENTS, required=True, doc="element to insert")
 
     def _parts(self, array: Any) -> Iterable[Any]:
@@ -161,9 +158,7 @@ class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
 
     value: Any = In(type=ELEMENTS, required=True, doc="value to search for")
     new_value: Any = In(type=ELEMENTS, required=True, doc="element that replaces `value`")
-    replace_all_found: bool = In(
-        default=False, doc="true: replace all elements equal to `value`; false: only the first"
-    )
+    replace_all_found: bool = In(default=False, doc="true: replace all elements equal to `value`; false: the first")
     found: bool = Out(doc="whether the array contained `value`")
 
     def _parts(self, array: Any) -> Iterable[Any]:
@@ -189,9 +184,7 @@ class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
 class ArrayFill(ArrayNode, type="omni.graph.nodes.ArrayFill"):
     """Fills an array with one value; the length and the type stay the same."""
 
-    array_in: Any = In(
-        type=SEQUENCES, name="array", required=True, doc="array that gives the output its length and type"
-    )
+    array_in: Any = In(type=SEQUENCES, name="array", required=True, doc="array with the length and type of the output")
     fill_value: Any = In(type=ELEMENTS, required=True, doc="value of every element")
     array_out: Any = Out(type=SEQUENCES, name="array")
 
@@ -230,17 +223,9 @@ class ArrayReverse(ArrayEdit, type="omni.graph.nodes.ArrayReverse"):
 class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
     """Extracts the elements of an array from index `start` to the end, or to the element before index `end`."""
 
-    start: Int = In(
-        default=0,
-        doc="index of the first element; negative values count from the end; values out of range are clamped",
-    )
-    end: Int = In(
-        default=0,
-        doc="index after the last element; negative values count from the end; ignored if `useLength` is true",
-    )
-    use_length: bool = In(
-        default=True, doc="true: slice to the end of the array and ignore `end`; false: slice up to `end`"
-    )
+    start: Int = In(default=0, doc="index of the first element, as in Python: negative values count from the end")
+    end: Int = In(default=0, doc="index after the last element, as in Python; ignored if `useLength` is true")
+    use_length: bool = In(default=True, doc="true: slice to the end of the array; false: slice up to `end`")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         return (array[self.start : None if self.use_length else self.end],)
@@ -252,9 +237,7 @@ class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=SEQUENCES)}
 
     input0: Any = In(type=SEQUENCES, required=True, doc="first array")
-    input1: Any = In(
-        type=SEQUENCES, required=True, doc="second array; a graph file can add inputs `input2`, `input3`, …"
-    )
+    input1: Any = In(type=SEQUENCES, required=True, doc="second array; a graph can add `input2`, `input3`, …")
     array: Any = Out(type=SEQUENCES)
 
     def compute(self) -> None:

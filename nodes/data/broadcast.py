@@ -1,7 +1,7 @@
 """Functions that compute element-wise operations on port values with numpy, and determine the types of the results.
 
 Shapes: a scalar combines with any value, and a tuple combines with a tuple of the same length. An array combines with an array
-of the same length or of one element; it also combines with a scalar or a tuple, which is applied to each element.
+of the same length or of one element. A scalar or a tuple combines with each element of an array.
 
 Types: the base type of the result is the widest base type of the operands, in the order uchar, int, uint, int64, uint64, half,
 float, double: an int and a float give a float. The result is a timecode only if all operands are timecodes. Tuples of integers
@@ -48,10 +48,10 @@ def is_real(port_type: PortType) -> bool:
 
 
 def common(operands: Mapping[str, PortType]) -> PortType:
-    """Return the common type of the operands, which is the result type of an element-wise operation.
+    """Return the common type of the operands: the result type of an element-wise operation.
 
     Args:
-        operands: types of the operands by port name.
+        operands: a dict from port names to the types of the operands.
 
     Raises:
         ValueError: two operands are tuples of different lengths.
@@ -101,10 +101,8 @@ def lift(
         output: type of the result.
         on_numbers: the same function for Python numbers. It computes scalars and tuples, for which numpy takes ten times as long.
     """
-    one_by_one = output.count == max(given.count for given in inputs) and not any(
-        one.array for one in (*inputs, output)
-    )
-    if on_numbers is not None and one_by_one:
+    has_arrays = any(one.array for one in (*inputs, output))
+    if on_numbers is not None and not has_arrays and output.count == max(given.count for given in inputs):
         return _of_tuples(on_numbers, inputs, output)
     real = any(map(is_real, (*inputs, output)))
     dtype = np.dtype(np.float64) if real else common({str(i): one for i, one in enumerate(inputs)}).dtype

@@ -99,7 +99,7 @@ class _Zero(Elementwise):
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to compare with 0")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of the output, which is bool for all input types."""
+        """Return the type bool for all input types."""
         return PortType("bool")
 
 

@@ -15,9 +15,8 @@ from graphengine.node.node_class import NodeMeta
 
 _TYPES = {"Bool": "bool", "UChar": "uchar", "Int": "int", "Int64": "int64", "UInt": "uint", "UInt64": "uint64"}
 _TYPES |= {"Half": "half", "Float": "float", "Double": "double", "Timecode": "timecode"}
-_TYPES |= {
-    f"{base}{count}": f"{base.lower()}[{count}]" for base in ("Int", "Half", "Float", "Double") for count in (2, 3, 4)
-}
+_BASES = ("Int", "Half", "Float", "Double")
+_TYPES |= {f"{base}{count}": f"{base.lower()}[{count}]" for base in _BASES for count in (2, 3, 4)}
 _ROLES = {"Color": (3, 4), "Normal": (3,), "Point": (3,), "TexCoord": (2, 3), "Vector": (3,)}
 _TYPES |= {
     f"{role}{count}{bits}": f"{role.lower()}{bits}[{count}]"
@@ -39,9 +38,7 @@ def _constant(suffix: str, port_type: str) -> type[Node]:
         "__module__": __name__,
         "__qualname__": f"Constant{suffix}",
         "__doc__": f"Holds a value of type {port_type} for other nodes.",
-        "value": In(
-            type=port_type, doc="the constant; wires start at this input: `NODE.inputs:value -> ...`", **initial
-        ),
+        "value": In(type=port_type, doc="constant; wires start here: `NODE.inputs:value -> ...`", **initial),
     }
     made: Any = NodeMeta(f"Constant{suffix}", (Node,), namespace, type=f"omni.graph.nodes.Constant{suffix}")
     return made  # type: ignore[no-any-return]

@@ -44,19 +44,17 @@ class ConstructedNode(Node):
         for element in given:
             if all(fits(other, element) for other in given):
                 return element
-        raise ValueError(
-            f"elements of the types {', '.join(map(str, dict.fromkeys(given)))} cannot form one array; "
-            "convert them to one type first"
-        )
+        types_given = ", ".join(map(str, dict.fromkeys(given)))
+        raise ValueError(f"elements of the types {types_given} cannot form one array; convert them to one type first")
 
     def elements(self) -> Sequence[str]:
         """Return the Python names of the element inputs, in order."""
         raise NotImplementedError
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+        """Return the type of the array, and the element type for each input whose type does not convert to the element type.
 
-        The compiler converts the literal of such an input to the required type, or reports an error.
+        The compiler converts the literals of these inputs to the element type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types.
@@ -88,17 +86,11 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=ELEMENTS)}
 
-    array_size: Int = In(
-        default=1, ge=0, doc="number of elements; the last input is repeated if there are too few inputs"
-    )
+    array_size: Int = In(default=1, ge=0, doc="number of elements; if there are fewer inputs, the last is repeated")
     array_type: Token = In(
-        default="auto",
-        tokens=ARRAY_TYPES,
-        doc="type of the array; auto: array of the first input type to which all other inputs convert",
+        default="auto", tokens=ARRAY_TYPES, doc="type of the array; auto: first input type to which all convert"
     )
-    input0: Any = In(
-        type=ELEMENTS, required=True, doc="first element; a graph file can add inputs `input1`, `input2`, …"
-    )
+    input0: Any = In(type=ELEMENTS, required=True, doc="first element; a graph can add `input1`, `input2`, …")
     array: Any = Out(type=ARRAYS, doc="array of type `arrayType`")
 
     def elements(self) -> Sequence[str]:
@@ -114,9 +106,9 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return element_of(asked)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+        """Return the type of the array, and the element type for each input whose type does not convert to the element type.
 
-        The compiler converts the literal of such an input to the required type, or reports an error.
+        The compiler converts the literals of these inputs to the element type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types, or the input numbers have a gap.

@@ -179,7 +179,7 @@ class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
     converted: Any = Out(type=_tuples("double"), doc="converted numbers, in the shape of `value`")
 
     def compute(self) -> None:
-        """Set the output to the converted value. Scalars are converted without numpy, which would take fifty times as long."""
+        """Set the output to the converted value. Scalars are converted without numpy: numpy takes fifty times as long."""
         if isinstance(self.value, int | float):
             self.converted = float(self.value)
         else:
@@ -226,11 +226,9 @@ def text_of(value: Any) -> str:
 
 
 class ToTarget(Node, type="omni.graph.nodes.ToTarget"):
-    """Converts prim paths to a target, which is a list of prims."""
+    """Converts prim paths to a target (a list of prims)."""
 
-    value: Any = In(
-        type="path|string|token|token[]", required=True, doc="prim path or paths; an empty path is left out"
-    )
+    value: Any = In(type="path|string|token|token[]", required=True, doc="prim path or paths; empty paths are left out")
     converted: Target = Out(doc="the prims at these paths")
 
     def compute(self) -> None:

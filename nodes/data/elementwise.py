@@ -41,7 +41,7 @@ class TypedNode(Node):
         """Return the type of the outputs for the given input types.
 
         Args:
-            given: types of the union inputs, by port name.
+            given: a dict from the port name of each union input to its type.
 
         Raises:
             ValueError: the types are incompatible.

@@ -21,9 +21,7 @@ class Absolute(Elementwise, type="omni.graph.nodes.Absolute"):
 
     operation = on_numbers = abs
 
-    input_in: Any = In(
-        type=PLAIN_NUMERICS, name="input", required=True, doc="number, tuple or array to take the absolute value of"
-    )
+    input_in: Any = In(type=PLAIN_NUMERICS, name="input", required=True, doc="number, tuple or array")
     absolute: Any = Out(type=PLAIN_NUMERICS)
 
 

@@ -31,21 +31,16 @@ class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
 
     current: Any = In(type=DECIMALS, required=True, doc="value before the step: number, tuple or array")
     target: Any = In(type=DECIMALS, required=True, doc="value to approach, of the same size as `current`")
-    speed: float = In(
-        default=1.0, ge=0.0, unit="1/s", doc="fraction of the way to cover per second, if `exponent` is 1"
-    )
+    speed: float = In(default=1.0, ge=0.0, unit="1/s", doc="fraction of the way per second, if `exponent` is 1")
     delta_seconds: float = In(default=0.0, ge=0.0, unit="s", doc="duration of the step")
-    exponent: Float = In(
-        default=2.0, ge=0.0, doc="exponent in the formula of the step; higher values give longer steps"
-    )
+    exponent: Float = In(default=2.0, ge=0.0, doc="exponent in the formula; higher values give longer steps")
     result: Any = Out(type=DECIMALS, doc="value after the step; has the common type of `current` and `target`")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Return a function that computes the step: along an arc for quaternions, along a line for other values."""
         ends_and_share = [*inputs[:2], PortType("double")]
-        between = (
-            lift(slerp, ends_and_share, output) if output.role == "quat" else lift(_lerp, ends_and_share, output, _lerp)
-        )
+        along = (slerp, None) if output.role == "quat" else (_lerp, _lerp)
+        between = lift(along[0], ends_and_share, output, along[1])
 
         def step(current: Any, target: Any, speed: float, delta_seconds: float, exponent: float) -> Any:
             if exponent < 0.0:
@@ -89,13 +84,9 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
     """Interpolates between two values with an easing function, for a gentle start or end."""
 
     alpha: Any = In(
-        type="float|float[]",
-        required=True,
-        doc="elapsed fraction of the duration; values are limited to the range from 0 to 1",
+        type="float|float[]", required=True, doc="elapsed fraction of the duration, limited to the range from 0 to 1"
     )
-    blend_exponent: Int = In(
-        default=2, ge=0, doc="exponent of EaseIn, EaseOut and EaseInOut: 1 is linear, 2 quadratic, …"
-    )
+    blend_exponent: Int = In(default=2, ge=0, doc="exponent of EaseIn, EaseOut and EaseInOut; 1 is linear")
     ease_func: Token = In(
         default="EaseInOut",
         tokens=EASINGS,
@@ -144,14 +135,14 @@ class Interpolator(Node, type="omni.graph.nodes.Interpolator"):
 
 @lint("W215")
 def lint_lengths_of_samples(context: LintContext) -> None:
-    """Warn of interpolators whose knots and values differ in number."""
+    """Warn about interpolators that do not have one value per knot."""
     for inputs, _ in known_inputs(context, Interpolator):
         inputs.warn_of_unequal("knots", "values")
 
 
 @lint("W216")
 def lint_order_of_knots(context: LintContext) -> None:
-    """Warn of interpolators whose knots do not ascend, because their values are then wrong or jump."""
+    """Warn about interpolators whose knots do not ascend: their output is wrong or jumps."""
     for inputs, _ in known_inputs(context, Interpolator):
         knots = inputs.value("knots")
         pairs = itertools.pairwise(knots.tolist()) if knots is not None else ()

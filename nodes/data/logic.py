@@ -19,11 +19,7 @@ class _Gate(Folded):
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=BOOLEANS, required=True)}
 
     a: Any = In(type=BOOLEANS, required=True, doc="first operand: bool, or array of bools")
-    b: Any = In(
-        type=BOOLEANS,
-        required=True,
-        doc="second operand: bool, or array as long as `a`; a graph file can add inputs `input2`, `input3`, …",
-    )
+    b: Any = In(type=BOOLEANS, required=True, doc="second operand, like `a`; a graph can add `input2`, `input3`, …")
     result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if an input is an array")
 
 

@@ -161,9 +161,7 @@ class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
 
     a: Any = In(type=_FACTORS, required=True, doc="left factor: matrix, row vector, or array of these")
     b: Any = In(type=_FACTORS, required=True, doc="right factor: matrix, column vector, or array of these")
-    output: Any = Out(
-        type=f"{_FACTORS}|{with_arrays(REALS)}", doc="product `a` * `b`: matrix, vector or number, or array of these"
-    )
+    output: Any = Out(type=f"{_FACTORS}|{with_arrays(REALS)}", doc="`a` * `b`: matrix, vector, number, or array")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
         """Return the matrix product as a function of port values of the given types."""

@@ -15,20 +15,14 @@ class NearestRange(Node, type="graphengine.data.NearestRange"):
     """Finds the nearest range in a sector of a lidar scan.
 
     The beams must be evenly spaced from the first to the last azimuth, as in one ring of a scan from IsaacReadLidarBeams. Before
-    the first scan, `ranges` is empty and the distance is infinite, as if nothing were in range.
+    the first scan, `ranges` is empty and the distance is infinite.
     """
 
     ranges: Floats = In(unit="m", doc="measured range of each beam, in order of azimuth; infinity and NaN are ignored")
     azimuth_range: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuths of the first and the last beam")
-    sector: Float2 = In(
-        default=(-180.0, 180.0),
-        unit="deg",
-        doc="lowest and highest azimuth to search; 0 is ahead, positive is left",
-    )
-    distance: Float = Out(
-        default=math.inf, unit="m", doc="nearest range in the sector; infinite if there is no finite range"
-    )
-    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if there is no finite range")
+    sector: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuths to search, [right, left]; 0 is ahead")
+    distance: Float = Out(default=math.inf, unit="m", doc="nearest range in the sector; infinite if there is none")
+    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if there is none")
 
     def compute(self) -> None:
         """Set the outputs to the smallest finite range in the sector and to its azimuth."""
@@ -44,7 +38,7 @@ class NearestRange(Node, type="graphengine.data.NearestRange"):
 
 @lint("W216")
 def lint_sectors(context: LintContext) -> None:
-    """Warn of sectors that contain no azimuth of a beam, and of angles that seem to be in radians."""
+    """Warn about sectors that contain no azimuth of a beam, and about angles that seem to be in radians."""
     for inputs, node in known_inputs(context, NearestRange):
         known = [name for name in ("sector", "azimuth_range") if inputs.value(name) is not None]
         radians = [name for name in known if _seem_radians(*inputs.value(name))]
@@ -67,5 +61,5 @@ def lint_sectors(context: LintContext) -> None:
 
 
 def _seem_radians(low: float, high: float) -> bool:
-    """Return whether two angles are probably in radians: none is beyond half a turn, and they are not whole numbers."""
+    """Return whether two angles are probably in radians: both are within half a turn, and one is not a whole number."""
     return max(abs(low), abs(high)) <= 3.15 and not (float(low).is_integer() and float(high).is_integer())

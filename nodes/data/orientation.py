@@ -104,9 +104,8 @@ def matrix_about(axis: Array, degrees: Array) -> Array:
     """Return the matrices (..., 3, 3) of rotations by angles (...), in degrees, about axes (..., 3) of any length above 0."""
     half = np.radians(degrees)[..., None] / 2.0
     vector = unit(axis) * np.sin(half)
-    return matrix_of_quaternions(
-        np.concatenate([vector, np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1))], axis=-1)
-    )
+    real = np.broadcast_to(np.cos(half), (*vector.shape[:-1], 1))
+    return matrix_of_quaternions(np.concatenate([vector, real], axis=-1))
 
 
 def without_scale(matrices: Array) -> Array:

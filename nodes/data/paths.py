@@ -47,15 +47,9 @@ def below(path: str, suffix: str) -> str:
 class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
     """Appends names to a prim path: `/World` and `box` give `/World/box`."""
 
-    path_in: Any = In(
-        type="token|token[]", name="path", couple="path", required=True, doc="prim path to extend, or array of paths"
-    )
-    suffix: Token = In(
-        default="", doc="names to append: descendant prims, a property, or both, such as `box/lid` or `box.mass`"
-    )
-    path_out: Any = Out(
-        type="token|token[]", name="path", couple="path", doc="extended path, or array of extended paths"
-    )
+    path_in: Any = In(type="token|token[]", name="path", couple="path", required=True, doc="path to extend, or array")
+    suffix: Token = In(default="", doc="descendant prims, a property, or both, such as `box/lid` or `box.mass`")
+    path_out: Any = Out(type="token|token[]", name="path", couple="path", doc="extended path, or array of paths")
 
     def compute(self) -> None:
         """Set the output to the path, or to each path of the array, with the suffix appended.
@@ -72,9 +66,7 @@ class AppendPath(Node, type="omni.graph.nodes.AppendPath"):
 class GetParentPath(Node, type="omni.graph.nodes.GetParentPath"):
     """Outputs the path of the parent of a prim or property, such as `/World` for `/World/box`."""
 
-    path: Any = In(
-        type="token|token[]", couple="path", required=True, doc="path of a prim or property, or array of paths"
-    )
+    path: Any = In(type="token|token[]", couple="path", required=True, doc="path of a prim or property, or array")
     parent_path: Any = Out(type="token|token[]", couple="path", doc="path of the parent, or array of paths")
 
     def compute(self) -> None:

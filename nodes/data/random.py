@@ -36,7 +36,7 @@ class RandomNode(Node):
         self.common_numbers = context.random()
 
     def generator(self) -> np.random.Generator:
-        """Return the random generator for the next value, as selected by `isNoise` and `useSeed`."""
+        """Return the random generator that `isNoise` and `useSeed` select for the next value."""
         if self.is_noise:
             return np.random.Generator(np.random.Philox(key=self.seed))
         if not self.use_seed:
@@ -47,7 +47,7 @@ class RandomNode(Node):
 
 
 class RandomBoolean(RandomNode, type="omni.graph.nodes.RandomBoolean"):
-    """Outputs a random boolean, which is true with probability 1/2."""
+    """Outputs a random boolean: true with probability 1/2."""
 
     random: bool = Out(doc="random boolean")
 
@@ -87,12 +87,9 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
 
     minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lower bound (inclusive)")
     maximum: Any = In(
-        type=NUMERICS, name="max", default=1.0, doc="upper bound; inclusive for integers, exclusive for real numbers"
+        type=NUMERICS, name="max", default=1.0, doc="upper bound: inclusive for integers, exclusive for reals"
     )
-    random: Any = Out(
-        type=NUMERICS,
-        doc="random number, tuple or array, of the size of `min` and `max`; a scalar bound applies to all numbers",
-    )
+    random: Any = Out(type=NUMERICS, doc="random number, tuple or array; a scalar bound applies to all numbers")
 
     def compute(self) -> None:
         """Set `random` to new numbers from a uniform distribution.
@@ -123,10 +120,7 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
         doc="standard deviation of the numbers, or of their logarithms if `useLog` is true",
     )
     use_log: bool = In(default=False, doc="true: draw from a log-normal distribution; false: from a normal one")
-    random: Any = Out(
-        type=DECIMALS,
-        doc="random number, tuple or array, of the size of `mean` and `stdev`; a scalar input applies to all numbers",
-    )
+    random: Any = Out(type=DECIMALS, doc="random number, tuple or array; a scalar input applies to all numbers")
 
     def compute(self) -> None:
         """Set `random` to new numbers from a normal or log-normal distribution.

@@ -114,9 +114,8 @@ class _OnMatrix(Elementwise):
 
 def _with_rotation(matrix: Any, rotation: Any) -> Any:
     """Return 4 x 4 matrices with the given rotations (..., 3, 3) and without scale; the translations are kept."""
-    changed = np.broadcast_to(
-        square(matrix), np.broadcast_shapes(square(matrix).shape, (*rotation.shape[:-2], 4, 4))
-    ).copy()
+    shape = np.broadcast_shapes(matrix.shape[:-1], rotation.shape[:-2])
+    changed = np.broadcast_to(square(matrix), (*shape, 4, 4)).copy()
     changed[..., :3, :3] = rotation
     return flat(changed)
 
@@ -143,9 +142,7 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
     matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="matrix to change, or array of matrices")
     scale: Any = In(type=_VECTOR3, required=True, doc="scale factors along x, y and z")
     matrix_out: Any = Out(
-        type=matrices(3, 4),
-        name="matrix",
-        doc="matrix with the new scale; its first three rows have the lengths in `scale`",
+        type=matrices(3, 4), name="matrix", doc="matrix whose first three rows have the lengths in `scale`"
     )
 
     @staticmethod
@@ -164,9 +161,7 @@ class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternio
     """
 
     matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix to change, or array of matrices")
-    quaternion: Any = In(
-        type=with_arrays("quatd[4]"), required=True, doc="new rotation: quaternion (x, y, z, w) of any norm above 0"
-    )
+    quaternion: Any = In(type=with_arrays("quatd[4]"), required=True, doc="quaternion (x, y, z, w) of any norm above 0")
     matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation and without scale")
 
     @staticmethod
@@ -246,12 +241,8 @@ class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
 
     center: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="point to look at")
     eye: Vector3d = In(default=(1.0, 0.0, 0.0), unit="m", doc="position of the camera")
-    up: Vector3d = In(
-        default=(0.0, 1.0, 0.0), doc="up direction; the y axis of the camera is as close to it as possible"
-    )
-    transform: Matrix4d = Out(
-        doc="pose of the camera as a 4 x 4 matrix, row by row, with the position as its fourth row"
-    )
+    up: Vector3d = In(default=(0.0, 1.0, 0.0), doc="up direction, to which the camera's y axis is closest")
+    transform: Matrix4d = Out(doc="pose of the camera: 4 x 4 matrix, row by row; its fourth row is the position")
 
     def compute(self) -> None:
         """Set `transform` to the pose of the camera."""
@@ -270,9 +261,7 @@ class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
     like = "vector"
 
     rotation: Any = In(
-        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}",
-        required=True,
-        doc=f"rotation: {_ANGLES}, quaternion or matrix",
+        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc=f"{_ANGLES}, quaternion or matrix"
     )
     rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
     vector: Any = In(type=VECTORS, required=True, doc="vector to rotate, or array of vectors")

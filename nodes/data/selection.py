@@ -26,8 +26,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
     if_true: Any = In(type=ANYTHING, required=True)
     if_false: Any = In(type=ANYTHING, required=True)
     result: Any = Out(
-        type=ANYTHING,
-        doc="selected value, or array of selected elements if any input is an array; a single value applies to all elements",
+        type=ANYTHING, doc="selected value, or array of selected elements; a single value applies to all elements"
     )
 
     choose: Operation = Bound()
@@ -76,7 +75,7 @@ def _as_it_is(value: Any) -> Any:
 
 
 def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
-    """Return a function that selects element by element; `arrays` tells which of its arguments are arrays."""
+    """Return a function that selects element by element; `arrays` says for each of its arguments whether it is an array."""
     element = replace(result, array=False)
 
     def choose(*values: Any) -> Any:

@@ -53,7 +53,7 @@ def joined(like: Any, *parts: Any) -> Any:
 
 
 def made(elements: Sequence[Any], element_type: PortType) -> Any:
-    """Return an array with the given elements, which all convert to the element type."""
+    """Return an array with the given elements. All elements must convert to the element type."""
     if not element_type.is_number:
         return tuple(elements)
     shape = (-1,) if element_type.count == 1 else (-1, element_type.count)
@@ -83,11 +83,8 @@ def position(index: int, length: int) -> int:
         BadValueError: the index is out of range.
     """
     if not -length <= index < length:
-        raise BadValueError(
-            "index",
-            index,
-            f"from {-length} to {length - 1}" if length else "an index into an array or string that is not empty",
-        )
+        empty = "an index into an array or string that is not empty"
+        raise BadValueError("index", index, f"from {-length} to {length - 1}" if length else empty)
     return index % length
 
 

@@ -54,14 +54,12 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=TEXTS)}
 
-    a: Any = In(
-        type=TEXTS, required=True, doc="first string; if it is a token[], the other inputs are appended to each element"
-    )
+    a: Any = In(type=TEXTS, required=True, doc="first string, or token[] whose elements are all extended")
     b: Any = In(type=TEXTS, required=True, doc="second string; a graph file can add inputs `input2`, `input3`, …")
     value: Any = Out(type=TEXTS, doc="concatenated string; has the type of `a`")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the output, which is the type of `a`."""
+        """Return the type of `a`, which is also the type of the output."""
         return {"value": known["a"]} if "a" in known else {}
 
     def compute(self) -> None:
@@ -82,16 +80,12 @@ class AppendString(Node, type="omni.graph.nodes.AppendString"):
     BuildString is the newer node type.
     """
 
-    value_in: Any = In(
-        type=TEXTS, name="value", required=True, doc="string to extend; each element of a token[] is extended"
-    )
-    suffix: Any = In(
-        type=TEXTS, required=True, doc="string to append, or token[] with one suffix for each element of `value`"
-    )
+    value_in: Any = In(type=TEXTS, name="value", required=True, doc="string to extend, or token[] of such strings")
+    suffix: Any = In(type=TEXTS, required=True, doc="suffix, or token[] with one suffix for each element of `value`")
     value_out: Any = Out(type=TEXTS, name="value", doc="extended string; has the type of the input")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the output, which is the type of the input."""
+        """Return the type of the input, which is also the type of the output."""
         return {"value_out": known["value_in"]} if "value_in" in known else {}
 
     def compute(self) -> None:
@@ -119,9 +113,7 @@ class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
         tokens=tuple(_CASES),
         doc="new case; Capitalize: upper case only for the first letter, Title: for the first letter of each word",
     )
-    string_in: Any = In(
-        type=TEXTS, name="string", couple="text", required=True, doc="string to change, or array of tokens"
-    )
+    string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="string to change, or token[]")
     string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="changed string; has the type of the input")
 
     def compute(self) -> None:
@@ -140,9 +132,7 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
 
     delimiter: String = In(default=" ", doc="string that separates the parts")
     string: String = In(default="", doc="string to split")
-    elements: Tokens = Out(
-        doc="parts of the string, which may be empty strings; no parts if `string` or `delimiter` is empty"
-    )
+    elements: Tokens = Out(doc="parts, which may be empty strings; none if `string` or `delimiter` is empty")
 
     def compute(self) -> None:
         """Set `elements` to the parts of the string.

@@ -30,17 +30,10 @@ class FindString(Node, type="omni.graph.nodes.FindString"):
 class _Part(Node):
     """Base class of nodes that extract or remove a part of a string, given by position and length."""
 
-    count: Int = In(
-        default=-1, doc="number of characters in the part; a negative or too large number extends the part to the end"
-    )
+    count: Int = In(default=-1, doc="length of the part; a negative or too large length reaches to the end")
     index: Int = In(default=0, doc=f"position of the first character of the part: {INDEX}")
     string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string that contains the part")
-    string_out: Any = Out(
-        type=_TEXT,
-        name="string",
-        couple="text",
-        doc="result; has the type of the input, and is empty for an empty input",
-    )
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result; has the type of the input")
 
     def ends(self) -> tuple[int, int]:
         """Return the positions of the first character in the part and of the first character after the part.
@@ -84,12 +77,8 @@ class RemoveString(_Part, type="omni.graph.nodes.RemoveString"):
 class InsertString(Node, type="omni.graph.nodes.InsertString"):
     """Inserts a string into another string."""
 
-    index: Int = In(
-        default=0, doc="position to insert at; values below 0 insert at the start, values beyond the end append"
-    )
-    string_in: Any = In(
-        type=_TEXT, name="string", couple="text", required=True, doc="string into which `value` is inserted"
-    )
+    index: Int = In(default=0, doc="position of the insertion, limited to the range from 0 to the length")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string to extend")
     value: Any = In(type=_TEXT, required=True, doc="string to insert")
     string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="extended string; has the type of the input")
 

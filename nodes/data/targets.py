@@ -1,4 +1,4 @@
-"""Nodes that combine, search and compare targets, which are lists of prims (`omni.graph.nodes`)."""
+"""Nodes that combine, search and compare targets, that is, lists of prims (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from graphengine.node import In, Int, Node, Numbered, Out, PortType, Target, Token
 from graphengine.nodes.checked import one_of, same_length
 from graphengine.nodes.data.paths import parent_of
-from graphengine.nodes.data.sequences import position
+from graphengine.nodes.data.sequences import INDEX, position
 from graphengine.nodes.data.unions import BOOLEANS
 
 
@@ -33,13 +33,8 @@ class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):
 class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
     """Selects consecutive prims of a target, by index."""
 
-    count: Int = In(
-        default=1, doc="number of prims to select; a negative or too large number selects all prims up to the end"
-    )
-    index: Int = In(
-        default=0,
-        doc="index of the first prim, from 0; negative values count from the end; a value out of range is an error",
-    )
+    count: Int = In(default=1, doc="number of prims; a negative or too large number selects all up to the end")
+    index: Int = In(default=0, doc=f"first prim: {INDEX}")
     targets_in: Target = In(default=(), name="targets", doc="prims to select from")
     targets_out: Target = Out(name="targets", doc="selected prims; empty if the input is empty")
 

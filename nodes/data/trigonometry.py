@@ -64,9 +64,7 @@ class Tan(_OfAngle, type="omni.graph.nodes.Tan"):
 class _ToAngle(Elementwise):
     """Base class of nodes that compute an angle in degrees."""
 
-    value_in: Any = In(
-        type=DECIMALS, name="value", required=True, doc="argument of the function: number, tuple or array"
-    )
+    value_in: Any = In(type=DECIMALS, name="value", required=True, doc="argument: number, tuple or array")
     value_out: Any = Out(type=DECIMALS, name="value", unit="deg", doc="angle; has the type of the input")
 
 

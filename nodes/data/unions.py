@@ -1,7 +1,7 @@
 """Union types for ports of data nodes, modeled on OmniGraph's groups of types.
 
 A literal without an explicit type gets the first type of the union that accepts the literal. Integer types come first: an integer
-literal becomes an integer, which converts to a real number where one is needed. A list of two to four numbers becomes a tuple.
+literal becomes an integer; wires convert it to a real number if necessary. A list of two to four numbers becomes a tuple.
 Matrix types come last, so a graph file must give the type of a matrix.
 """
 

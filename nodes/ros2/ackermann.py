@@ -10,7 +10,7 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 
 
 class ROS2PublishAckermannDrive(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishAckermannDrive"):
-    """Publishes a drive command as ackermann_msgs/AckermannDriveStamped, which holds float32 values."""
+    """Publishes a drive command as ackermann_msgs/AckermannDriveStamped. The message has float32 values."""
 
     message_type: ClassVar[str] = "ackermann_msgs/msg/AckermannDriveStamped"
 

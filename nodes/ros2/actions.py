@@ -5,24 +5,20 @@ An action server consists of three nodes: ROS2ActionServerGoal, ROS2ActionServer
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from graphengine.format.errors import BadValueError, ContextError
 from graphengine.messages.action_client import ActionClient
 from graphengine.messages.actions import ActionServer, Goal
-from graphengine.messages.definitions import Definitions
 from graphengine.messages.goals import STATUS_NAMES
-from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String, Token, UInt64
-from graphengine.nodes.ros2.fields import Layout, expect, find_action
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Out, Pushes, State, String, Token, UInt64
+from graphengine.nodes.ros2.fields import FieldNode, Layout
 
 
-class ActionNode(Node):
-    """Base of action nodes that have a port for each field of the action type.
+class ActionNode(FieldNode):
+    """Base of action nodes that have a port for each field of the action type."""
 
-    The graph file must name the action type by literals, because these ports are created before wires are read.
-    """
-
+    folder = "action"
     goal: ClassVar[Layout]
     result: ClassVar[Layout]
     feedback: ClassVar[Layout]
@@ -31,53 +27,37 @@ class ActionNode(Node):
     message_subfolder: String = In(default="action", setup=True, doc="folder of the package that holds the action type")
     message_name: String = In(required=True, setup=True, doc="name of the action type, such as `FollowJointTrajectory`")
 
-    def bind(self) -> str:
-        """Return the action type that the inputs name, such as control_msgs/action/FollowJointTrajectory.
-
-        Raises:
-            ContextError: the node's ports were created for an action type other than the one that the inputs name.
-        """
-        parts = (getattr(self, part, None) for part in ("goal", "result", "feedback"))
-        layout: Layout | None = next((part for part in parts if part is not None), None)
-        return expect(layout, self.message_package, self.message_subfolder, self.message_name)
-
 
 class NamedActionNode(ActionNode):
     """Base of nodes that create an action server or client, with inputs for the action's name, namespace, QoS and domain."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
-    )
-    node_namespace: String = In(
-        default="", setup=True, doc="ROS namespace of the action; `isaac:namespace` of prims is not added"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
+    node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     action_name: String = In(default="/action_name", setup=True, doc="name of the action")
     qos_profile: String = In(
-        default="",
-        setup=True,
-        doc="QoS of the action's services, as JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10",
+        default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the namespace, QoS and domain inputs as keyword arguments for the creation of an action server or client."""
+        """Return the inputs for namespace, QoS and domain as keyword arguments for the creation of a server or client."""
         return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
 
 
 class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
-    """Creates an action server and outputs the fields of each goal, such as `Goal:order` for Fibonacci.
+    """Creates an action server and outputs the fields of each goal, such as `Goal:order` of a Fibonacci.
 
     Execute the node in every tick. `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists the
     outputs for the fields. `onGoal` fires once for each goal. When the nodes downstream of `onGoal` have run, the goal is
-    accepted, unless a ROS2ActionServerResult among them has ended it as `rejected`. At most one goal is active: if `preempts` is
+    accepted, unless one of them is a ROS2ActionServerResult that rejected the goal. At most one goal is active: if `preempts` is
     true, a new goal aborts the active goal; otherwise the new goal is rejected. Wire `serverHandle` to a
     ROS2ActionServerFeedback, which sends feedback, and to a ROS2ActionServerResult, which ends the goal. When the simulation
     stops, the active goal is aborted.
     """
 
-    preempts: bool = In(
-        default=True, doc="true: a new goal aborts the active one; false: new goals are rejected while one is active"
-    )
+    parts: ClassVar = {"goal": Out}
+
+    preempts: bool = In(default=True, doc="true: a new goal aborts the active goal; false: it is rejected")
     on_goal = ExecOut(doc="fires once for each goal that arrives")
     on_cancel = ExecOut(
         doc="fires once when a client requests to cancel the active goal; if nothing is wired to it, the goal ends as canceled"
@@ -91,12 +71,6 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
     tells_of_cancel: bool = Bound()
     cancelling: bytes = State(default=b"")
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the goal, and an output for each of its fields."""
-        goal, _, _ = find_action(literals, definitions)
-        return {"goal": goal, **goal.ports(Out)}
-
     def setup(self, context: Context) -> None:
         """Create the action server `actionName`."""
         self.server = context.action_server(self.bind(), self.action_name, **self.endpoint())
@@ -104,7 +78,7 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
         self.tells_of_cancel = context.wired("on_cancel")
 
     def compute(self) -> Pushes:
-        """Fire `onCancel` if the cancellation of the active goal is requested, then output each new goal and fire `onGoal`."""
+        """Fire `onCancel` if a client requests to cancel the active goal, then output each new goal and fire `onGoal`."""
         server = self.server
         self.server_handle = server.handle
         arrived, active = server.goals(), server.current
@@ -133,39 +107,29 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
 
 class PursuingNode(ActionNode):
-    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal, or the result of the goal.
+    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal or end this goal with a result.
 
-    The fields of the feedback or of the result are inputs.
+    The fields of the feedback or of the result are inputs of the node.
     """
-
-    part: ClassVar[str]
-    """Part of the action that the node sends: `feedback` or `result`."""
 
     exec_in = ExecIn()
     server_handle: UInt64 = In(required=True, doc="handle of the action server, from a ROS2ActionServerGoal")
 
     door: Context = Bound()
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the feedback or result that the node sends, and an input for each of its fields."""
-        _, result, feedback = find_action(literals, definitions)
-        layout = {"result": result, "feedback": feedback}[cls.part]
-        return {cls.part: layout, **layout.ports(In)}
+    action_type: str = Bound()
 
     def setup(self, context: Context) -> None:
         """Check the values of the field inputs and, if `serverHandle` is already set, the action type of the server."""
-        self.door = context
-        self.bind()
+        self.door, self.action_type = context, self.bind()
         if self.server_handle:
             self._find()
-        getattr(self, self.part).check(self)
 
     def _find(self) -> ActionServer:
-        server, action_type = self.door.action(self.server_handle), self.bind()
-        if server.action_type != action_type:
+        server = self.door.action(self.server_handle)
+        if server.action_type != self.action_type:
             raise ContextError(
-                f"the node is for {action_type}, but the action {server.action} has type {server.action_type}",
+                f"the node is for {self.action_type}, but the action {server.action} has type {server.action_type}",
                 self.message_name,
                 "name the same action type in both nodes",
             )
@@ -174,7 +138,7 @@ class PursuingNode(ActionNode):
     def find(self) -> tuple[ActionServer, Goal | None]:
         """Return the action server with the handle `serverHandle`, and its current goal.
 
-        The goal is None if the server has no goal that is new or active.
+        The goal is None if the server has no new and no active goal.
 
         Raises:
             BadValueError: no action server has this handle, or the server has another action type.
@@ -195,7 +159,7 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
     executed downstream of `onGoal`, it accepts the new goal. Without a goal, it sends nothing and does not fire.
     """
 
-    part: ClassVar[str] = "feedback"
+    parts: ClassVar = {"feedback": In}
 
     exec_out = ExecOut(doc="fires if the server has a goal")
 
@@ -222,7 +186,7 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
     the node sends nothing and does not fire.
     """
 
-    part: ClassVar[str] = "result"
+    parts: ClassVar = {"result": In}
 
     status: Token = In(
         default="succeeded",
@@ -262,11 +226,13 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
 class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"):
     """Sends goals to an action server, and outputs feedback and results.
 
-    The fields of a goal are inputs, such as `Goal:order`; those of feedback and result are outputs, such as `Result:sequence`.
+    The fields of a goal are inputs, such as `Goal:order`; all other fields are outputs, such as `Result:sequence`.
     `graphrun nodes ROS2ActionClient --message example_interfaces/action/Fibonacci` lists these ports. Every execution of `execIn`
-    creates a goal, which is sent at the end of the tick, or later when a server appears. The outputs belong to the latest goal;
+    creates a goal and sends it at the end of the tick, or later when a server appears. The outputs belong to the latest goal;
     events of older goals are ignored. If several feedback messages arrive in a tick, the newest one is output.
     """
+
+    parts: ClassVar = {"goal": In, "feedback": Out, "result": Out}
 
     cancel = ExecIn(control=True, doc="requests that the server cancel the latest goal")
     on_accepted = ExecOut(doc="fires when the server has accepted the latest goal")
@@ -282,18 +248,9 @@ class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"
     latest: bytes = State(default=b"")
     cancelling: bool = State(default=False)
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layouts of goal, result and feedback, an input for each goal field and an output for each other field."""
-        goal, result, feedback = find_action(literals, definitions)
-        made = {"goal": goal, "result": result, "feedback": feedback}
-        return {**made, **goal.ports(In), **feedback.ports(Out), **result.ports(Out)}
-
     def setup(self, context: Context) -> None:
         """Create the client of the action `actionName`."""
-        action_type = self.bind()
-        self.goal.check(self)
-        self.client = context.action_client(action_type, self.action_name, **self.endpoint())
+        self.client = context.action_client(self.bind(), self.action_name, **self.endpoint())
 
     def compute(self) -> None:
         """Request to cancel the latest goal if `cancel` is executed, and send a new goal if `execIn` is executed.

@@ -42,9 +42,7 @@ def tight_boxes(segmentation: NDArray[np.int32]) -> NDArray[Any]:
 
 
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
-_EDGES = np.array(
-    [pair for pair in itertools.combinations(range(8), 2) if abs(_CORNERS[pair[0]] - _CORNERS[pair[1]]).sum() == 1]
-)
+_EDGES = np.array([(a, b) for a, b in itertools.combinations(range(8), 2) if abs(_CORNERS[a] - _CORNERS[b]).sum() == 1])
 """The twelve edges of a box, as pairs of indices into _CORNERS, whose rows select the low (0) or high (1) x, y and z."""
 
 
@@ -120,10 +118,10 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
 
 
 def _quaternions(axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return, for each matrix, the rotation that brings the axes x, y and z closest to the rows of the matrix.
+    """Return the rotation of each matrix: the rotation that brings the axes x, y and z closest to the rows of the matrix.
 
-    Rotations are unit quaternions (x, y, z, w) with w >= 0. Each is the eigenvector for the largest eigenvalue of a symmetric
-    matrix (Bar-Itzhack, J. Guidance 23, 2000).
+    Rotations are unit quaternions (x, y, z, w) with w >= 0. Each quaternion is the eigenvector for the largest eigenvalue of a
+    symmetric matrix (Bar-Itzhack, J. Guidance 23, 2000).
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes.transpose(1, 2, 0)
     symmetric = [

@@ -54,16 +54,10 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     frame_id: String = In(default="sim_camera", setup=True, doc="name of the camera's optical frame")
     topic_name: String = In(default="rgb", setup=True)
     type_in: Token = In(
-        default="rgb",
-        name="type",
-        setup=True,
-        tokens=_TYPES,
-        doc=f"type of the message; available: {', '.join(_MESSAGES)}",
+        default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"message to publish: {', '.join(_MESSAGES)}"
     )
     enable_semantic_labels: bool = In(
-        default=False,
-        setup=True,
-        doc="publish the prim path of each segmentation ID on the topic `semanticLabelsTopicName`",
+        default=False, setup=True, doc="publish the prim path of each segmentation ID on `semanticLabelsTopicName`"
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
     stereo_offset: Float2 = In(
@@ -71,20 +65,14 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     )
     srtx_compression_type: String = In(default="hevc", doc="no effect: `compression` selects the format")
     compression: Token = In(
-        default="",
-        setup=True,
-        extension=True,
-        tokens=("", *ENCODINGS),
-        doc="compression of rgb images; if empty, images are not compressed",
+        default="", setup=True, extension=True, tokens=("", *ENCODINGS), doc="compression of rgb images; empty: none"
     )
     organized: bool = In(
         default=False,
         extension=True,
         doc="true: a point cloud has one point per pixel, in rows; false: it has only the pixels that see a surface",
     )
-    colored: bool = In(
-        default=False, extension=True, doc="true: points of a point cloud have their colour as field `rgb`"
-    )
+    colored: bool = In(default=False, extension=True, doc="true: each point of a point cloud has the field `rgb`")
     jpeg_quality: UInt = In(default=JPEG_QUALITY, ge=1, le=100, extension=True, doc="JPEG quality, 1 to 100")
 
     camera: Camera = Bound()
@@ -130,14 +118,14 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
 
     def message(self, header: messages.Header, picture: Picture) -> Any:
         """Return the message that the input `type` selects; None if the message needs a segmentation that the image lacks."""
-        height, width = picture.depth.shape
+        size = picture.depth.shape[1], picture.depth.shape[0]
         if self.compression:
             pixels = np.ascontiguousarray(picture.rgb)
-            return compressed(header, "rgb8", (width, height), pixels, self.compression, self.jpeg_quality)
+            return compressed(header, "rgb8", size, pixels, self.compression, self.jpeg_quality)
         if self.type_in == "rgb":
-            return image(header, "rgb8", (width, height), np.ascontiguousarray(picture.rgb))
+            return image(header, "rgb8", size, np.ascontiguousarray(picture.rgb))
         if self.type_in == "depth":
-            return image(header, "32FC1", (width, height), np.ascontiguousarray(picture.depth, "<f4"))
+            return image(header, "32FC1", size, np.ascontiguousarray(picture.depth, "<f4"))
         if self.type_in == "depth_pcl":
             points = organized_points(picture.depth, self.camera.intrinsics)
             colours = {"Rgb": packed_colours(picture.rgb)} if self.colored else {}
@@ -154,11 +142,11 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
             seen = picture.boxes[np.isin(picture.boxes["semanticId"], picture.segmentation)]
             if self.type_in == "bbox_3d":
                 return detections_3d(header, seen)
-            return detections(header, loose_boxes(seen, self.camera.intrinsics, (width, height), self.camera.clip[0]))
-        return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
+            return detections(header, loose_boxes(seen, self.camera.intrinsics, size, self.camera.clip[0]))
+        return image(header, "32SC1", size, np.ascontiguousarray(picture.segmentation, "<i4"))
 
     def classes(self) -> dict[str, Any]:
-        """Return the entries of the labels message: `{"class": prim path}` by segmentation ID; the ID 0 is BACKGROUND."""
+        """Return a dict from each segmentation ID, as text, to `{"class": prim path}`; ID 0 has the class BACKGROUND."""
         paths = {0: "BACKGROUND", **self.camera.labels}
         return {str(number): {"class": path} for number, path in paths.items()}
 

@@ -108,9 +108,7 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
     rectified: R is the identity, and Tx in P of the right camera is -fx times the baseline.
     """
 
-    frame_id: String = In(
-        default="sim_camera", setup=True, doc="name of the optical frame of the camera, or of the left camera"
-    )
+    frame_id: String = In(default="sim_camera", setup=True, doc="name of the optical frame of the (left) camera")
     topic_name: String = In(default="camera_info", setup=True)
     frame_id_right: String = In(default="sim_camera_right", setup=True)
     topic_name_right: String = In(default="camera_info_right", setup=True)
@@ -144,11 +142,8 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
         """
         pair, path = f"{left.prim_path} and {right.prim_path}", self.render_product_path_right
         if (left.size, left.intrinsics, left.rate) != (right.size, right.intrinsics, right.rate):
-            raise ContextError(
-                f"{pair} differ in size, lens or rate",
-                path,
-                "both cameras of a stereo pair need the same size, lens and rate",
-            )
+            legal = "both cameras of a stereo pair need the same size, lens and rate"
+            raise ContextError(f"{pair} differ in size, lens or rate", path, legal)
         (link,) = context.transform_tree([right.prim_path], left.prim_path)
         if link.fixed is None:
             raise ContextError(f"{pair} move relative to each other", path, "mount both cameras on the same body")
@@ -157,9 +152,8 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
             legal = "the optical axes must be parallel, and the cameras side by side"
             raise ContextError(f"{pair} are not a rectified stereo pair", path, legal)
         if x <= 0.0:
-            raise ContextError(
-                f"{right.prim_path} is not to the right of {left.prim_path}", path, "exchange the two render products"
-            )
+            wrong = f"{right.prim_path} is not to the right of {left.prim_path}"
+            raise ContextError(wrong, path, "exchange the two render products")
         return x
 
     def compute(self) -> None:

@@ -13,7 +13,7 @@ from graphengine.nodes.ros2.publisher import SensorPublisher, array_or_buffer, b
 class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCompressedImage"):
     """Publishes a compressed image or video packet as sensor_msgs/CompressedImage; publishes nothing if there are no bytes.
 
-    If `encoding` is empty, the bytes are published unchanged. Otherwise the bytes are pixels, which the node compresses to
+    If `encoding` is empty, the bytes are published unchanged. Otherwise the bytes are pixels, and the node compresses them to
     `format` in the same tick. Subscribers of image_transport can decode the compressed images, because the node uses the format
     strings of compressed_image_transport. For an image topic IMAGE, such subscribers expect compressed images on the topic
     IMAGE/compressed. Isaac Sim's node publishes H.264 packets only.

@@ -9,17 +9,10 @@ class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
     """Outputs the handle of a ROS 2 domain, for the input `context` of other ROS 2 nodes."""
 
     domain_id: UChar = In(
-        default=0,
-        le=232,
-        setup=True,
-        name="domain_id",
-        doc="domain ID, unless `useDomainIDEnvVar` is true and `ROS_DOMAIN_ID` is set",
+        default=0, le=232, setup=True, name="domain_id", doc="domain ID, unless that of the environment is used"
     )
     use_domain_id_env_var: bool = In(
-        default=True,
-        setup=True,
-        name="useDomainIDEnvVar",
-        doc="use the environment variable `ROS_DOMAIN_ID`, if it is set",
+        default=True, setup=True, name="useDomainIDEnvVar", doc="use the environment variable `ROS_DOMAIN_ID`, if set"
     )
     context: UInt64 = Out(default=0)
 

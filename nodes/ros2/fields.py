@@ -13,7 +13,7 @@ import json
 import operator
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ from graphengine.messages.message_text import to_plain
 from graphengine.messages.message_validation import find_fault
 from graphengine.messages.messages import MessageError
 from graphengine.messages.plain import from_plain
-from graphengine.node import BadValueError, ContextError, Node, PortType
+from graphengine.node import BadValueError, ContextError, In, Node, PortType
 
 MAX_PORTS = 2000
 """Maximum number of ports for the fields of one message type; the largest message type of ROS 2 Jazzy needs 38."""
@@ -86,7 +86,7 @@ class Leaf:
 
     @functools.cached_property
     def port_dtype(self) -> Any:
-        """The numpy dtype of the port, which must be an array of numbers."""
+        """The numpy dtype of the port; only for arrays of numbers."""
         return PortType(PORT_TYPES[self.element]).dtype
 
     def port(self, make: Callable[..., Any], name: str, initial: Any) -> Any:
@@ -95,7 +95,7 @@ class Leaf:
         Args:
             make: `In` or `Out`.
             name: OmniGraph name of the port.
-            initial: value of the field in a new message, which becomes the default of the port.
+            initial: value of the field in a new message: the default of the port.
         """
         facts: dict[str, Any] = {"name": name, "doc": written(self.kind)}
         facts["type"] = PORT_TYPES.get(self.element, "token") + ("[]" if self.is_array else "")
@@ -180,6 +180,11 @@ class Layout:
         """ROS name of the message type, such as `geometry_msgs/msg/Twist`."""
         return str(self.message_class.__msgtype__)
 
+    @property
+    def type_name(self) -> str:
+        """ROS name of the message, service or action type, such as `std_srvs/srv/SetBool`."""
+        return self.message_type.removesuffix(f"_{self.part}")
+
     @functools.cached_property
     def leaves(self) -> tuple[Leaf, ...]:
         """All fields that have a port, including fields of nested messages, in the order of the message definition."""
@@ -222,12 +227,10 @@ class Layout:
         try:
             publish(self.read(node))
         except MessageError as error:
-            held = [
-                (type(node).fields[leaf.attribute].name, leaf, getattr(node, leaf.attribute)) for leaf in self.leaves
-            ]
-            wrong = [(name, value) for name, leaf, value in held if not leaf.takes(value)]
-            ports = ", ".join(name for name, *_ in wrong or held)
-            raise BadValueError(ports, wrong[0][1] if wrong else [value for *_, value in held]) from error
+            values = {leaf: getattr(node, leaf.attribute) for leaf in self.leaves}
+            wrong = [leaf for leaf, value in values.items() if not leaf.takes(value)]
+            ports = ", ".join(type(node).fields[leaf.attribute].name for leaf in wrong or values)
+            raise BadValueError(ports, values[wrong[0]] if wrong else list(values.values())) from error
 
     def write(self, node: Node, message: Any) -> None:
         """Set the node's ports to the values of a message."""
@@ -266,62 +269,67 @@ class MissingMessageError(ContextError):
     code = "G208"
 
 
-def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout:
-    """Return the layout of the message type that a node's inputs name.
+class FieldNode(Node):
+    """Base of nodes that have a port for each field of a message, service or action type.
 
-    Args:
-        literals: values of the inputs in the graph file, by input name; `messagePackage`, `messageSubfolder` and `messageName`
-            are used.
-        definitions: definitions of all known message types.
-
-    Raises:
-        MissingMessageError: the graph file does not set `messagePackage` or `messageName`.
-        MessageTypeError: the type is unknown.
+    The inputs `messagePackage`, `messageSubfolder` and `messageName` name the type; a subclass declares them. The graph file must
+    set them to literals, because the ports of fields are created before wires are read.
     """
-    return Layout(definitions.message_class(_named(literals, "msg")), definitions)
 
+    folder: ClassVar[Literal["msg", "srv", "action"]]
+    """Kind of the type, and the default of `messageSubfolder`."""
+    parts: ClassVar[Mapping[str, Callable[..., Any]]]
+    """For each part of the type whose fields are ports of the node: `In` or `Out`.
 
-def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout]:
-    """Return the layouts of the request and the response of the service type that a node's inputs name.
-
-    Arguments and errors are the same as those of `find_layout`.
+    The parts are `request` and `response` of a service, `goal`, `result` and `feedback` of an action, and `message` of a topic.
+    `dynamic_ports` stores the layout of each part in the class attribute of this name.
     """
-    parts = definitions.service_parts(_named(literals, "srv"))
-    request, response = (definitions.message_class(part) for part in parts)
-    return Layout(request, definitions, "Request"), Layout(response, definitions, "Response")
+    message_package: str
+    message_subfolder: str
+    message_name: str
+
+    @classmethod
+    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
+        """Return the layouts of the node's parts, and a port for each of their fields.
+
+        Raises:
+            MissingMessageError: the graph file does not set `messagePackage` or `messageName`.
+            MessageTypeError: the type is unknown.
+        """
+        layouts, found = _find_layouts(_named(literals, cls.folder), cls.folder, definitions), dict[str, Any]()
+        inputs = {port.name for port in cls.fields.values() if port.side == "inputs"}
+        for part, make in cls.parts.items():
+            found |= {part: layouts[part], **layouts[part].ports(make, inputs if make is In else ())}
+        return found
+
+    def bind(self) -> str:
+        """Check the values of the field inputs, and return the type that the inputs name, such as std_srvs/srv/SetBool.
+
+        Raises:
+            ContextError: the node's ports were created for another type, or the value of an input does not fit its field.
+        """
+        named = f"{self.message_package}/{self.message_subfolder}/{self.message_name}"
+        layouts = {part: getattr(self, part, None) for part in self.parts}
+        made_of = next((layout.type_name for layout in layouts.values() if layout), None)
+        if made_of != named:
+            raise ContextError(
+                f"the ports are those of {made_of or 'no message'}, but the inputs name {named}",
+                self.message_name,
+                "write messagePackage and messageName below `inputs:`; --set takes effect only after the ports are created",
+            )
+        for part, layout in layouts.items():
+            if layout and self.parts[part] is In:
+                layout.check(self)
+        return named
 
 
-def find_action(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout, Layout]:
-    """Return the layouts of goal, result and feedback of the action type that a node's inputs name.
-
-    Arguments and errors are the same as those of `find_layout`.
-    """
-    parts = zip(definitions.action_parts(_named(literals, "action")), ("Goal", "Result", "Feedback"), strict=True)
-    goal, result, feedback = (Layout(definitions.message_class(kind), definitions, part) for kind, part in parts)
-    return goal, result, feedback
-
-
-def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> str:
-    """Return the type that a node's inputs name, after checking that the node's ports were created for this type.
-
-    Args:
-        layout: layout of the ports, or of one part of a service or action; None if the node has no ports for fields.
-        package: value of `messagePackage`.
-        subfolder: value of `messageSubfolder`.
-        name: value of `messageName`.
-
-    Raises:
-        ContextError: the ports were created for another type.
-    """
-    named = f"{package}/{subfolder}/{name}"
-    made_of = layout.message_type.removesuffix(f"_{layout.part}") if layout else None
-    if made_of != named:
-        raise ContextError(
-            f"the ports are those of {made_of or 'no message'}, but the inputs name {named}",
-            name,
-            "write messagePackage and messageName below `inputs:`; --set takes effect only after the ports are created",
-        )
-    return named
+def _find_layouts(name: str, folder: str, definitions: Definitions) -> dict[str, Layout]:
+    """Return the layout of each part of a type, such as the layouts `request` and `response` of a service type."""
+    kinds: tuple[str, ...] = (name,)
+    if folder != "msg":
+        kinds = definitions.service_parts(name) if folder == "srv" else definitions.action_parts(name)
+    layouts = (Layout(definitions.message_class(kind), definitions, kind[len(name) + 1 :]) for kind in kinds)
+    return {layout.part.lower() or "message": layout for layout in layouts}
 
 
 def _named(literals: Mapping[str, Any], subfolder: str) -> str:
@@ -329,12 +337,11 @@ def _named(literals: Mapping[str, Any], subfolder: str) -> str:
     words = {"messageSubfolder": subfolder, **literals}
     names = [words.get(name) for name in ("messagePackage", "messageSubfolder", "messageName")]
     if None in names or "" in names:
+        text = "the inputs name no message type, but the node's ports are the fields of a message"
         remedy = (
             "write messagePackage and messageName below `inputs:`; a wire takes effect only after the ports are created"
         )
-        raise MissingMessageError(
-            "the inputs name no message type, but the node's ports are the fields of a message", None, remedy
-        )
+        raise MissingMessageError(text, None, remedy)
     return "/".join(map(str, names))
 
 

@@ -1,4 +1,4 @@
-"""A joint trajectory controller node, which receives trajectories as action goals and as topic messages."""
+"""A joint trajectory controller node. It receives trajectories as action goals and as topic messages."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     linear between trajectory points that have only positions, cubic between trajectory points with velocities, and quintic
     between trajectory points with velocities and accelerations. The times of the trajectory points are relative to the header's
     stamp, or to the current time if the stamp is 0; trajectory points in the past are skipped. Wire the outputs to an
-    IsaacArticulationController. The outputs are the set points for the end of the tick, so that drives with `interpolate: true`
+    IsaacArticulationController. The outputs are the set points for the end of the tick: drives with `interpolate: true` then
     follow the spline with the smallest error.
 
     A new trajectory replaces the current one and aborts its goal. The joints hold their measured positions if a goal is
     canceled, if a tolerance is violated, or if a trajectory has no points. A goal succeeds when the time of its last trajectory
     point has passed and all joints are within the goal tolerances.
 
-    An invalid goal is accepted and aborted at once, so that the client gets an error code and the reason; the current trajectory
+    An invalid goal is accepted and aborted at once: the client gets an error code and the reason. The current trajectory
     continues (joint_trajectory_controller rejects such goals without a reason). The error codes are INVALID_JOINTS for unknown,
     missing and mimic joints, OLD_HEADER_TIMESTAMP for a trajectory that ends in the past, and INVALID_GOAL for wrong lengths,
     times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last trajectory
@@ -53,18 +53,13 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     """
 
     joint_names: Tokens = In(
-        default=(),
-        setup=True,
-        doc="joints to command; if empty, all joints that have a position drive and are not mimic joints",
+        default=(), setup=True, doc="joints to command; if empty, all driven joints that are not mimic joints"
     )
     controller_name: String = In(
-        default="joint_trajectory_controller",
-        setup=True,
-        doc="name of the controller, the prefix of its action and topic names",
+        default="joint_trajectory_controller", setup=True, doc="name of the controller: prefix of action and topic"
     )
     allow_partial_joints_goal: bool = In(
-        default=False,
-        doc="true: joints that a trajectory leaves out keep their set points; false: such a trajectory is invalid",
+        default=False, doc="true: joints missing in a trajectory keep their set points; false: this is an error"
     )
     path_tolerances: Doubles = In(
         default=_NONE,
@@ -81,22 +76,12 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         doc="maximum position error at the end of a trajectory: one number, or one for each joint; empty or 0: no limit",
     )
     stopped_velocity_tolerance: float = In(
-        default=0.01,
-        ge=0.0,
-        setup=True,
-        unit="rad/s, m/s",
-        doc="maximum joint speed at the end of a trajectory; 0: no limit",
+        default=0.01, ge=0.0, setup=True, unit="rad/s, m/s", doc="maximum joint speed at the end; 0: no limit"
     )
     goal_time: float = In(
-        default=0.0,
-        ge=0.0,
-        setup=True,
-        unit="s",
-        doc="time that the joints have to reach the goal after the end of a trajectory; 0: no limit",
+        default=0.0, ge=0.0, setup=True, unit="s", doc="time to reach the goal after the trajectory's end; 0: no limit"
     )
-    feedback_rate: float = In(
-        default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the action's feedback; 0: no feedback"
-    )
+    feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the feedback; 0: no feedback")
 
     joints: ControlledJoints = Bound()
     subscription: Subscription = Bound()
@@ -132,7 +117,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         self.commanded = tuple(names)
 
     def compute(self) -> Fire:
-        """Start the trajectories that arrived in this tick, and follow the current one."""
+        """Start the trajectories that arrived in this tick, and follow the current trajectory."""
         fired = self.drop()
         newest = self.subscription.newest()
         if newest is not None:
@@ -146,7 +131,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return fired
 
     def drop(self) -> Fire:
-        """Hold the joints if the server of the current goal was closed, or if `setup` has chosen other joints to command.
+        """End the goal and hold the joints if the goal's server was closed, or if `setup` has chosen other joints to command.
 
         Return the port to fire, or None if the joints are not held.
         """
@@ -157,7 +142,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.hold(codes.INVALID_GOAL, "the controller was set up again", "abort")
 
     def begin(self, trajectory: Any, goal: Goal | None) -> Fire:
-        """Replace the current trajectory by a new one, and abort the current goal.
+        """Replace the current trajectory by a new trajectory, and abort the current goal.
 
         If the new trajectory is invalid, log the reason and abort the new goal instead.
 
@@ -190,7 +175,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return None
 
     def set_point(self) -> JointPoint:
-        """Return the current set point of the trajectory, or that of the joints' drives if there is no trajectory."""
+        """Return the current set point of the trajectory; without a trajectory, the set point of the joints' drives."""
         now, zeros = self.clock.time, np.zeros(len(self.joints.names))
         if self.spline is not None:
             return JointPoint(now, *self.spline.sample(now), zeros)
@@ -207,11 +192,9 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         """
         if self.goal is not None and self.goal.cancel_requested:
             return self.hold(codes.SUCCESSFUL, "canceled: joints hold their positions", "canceled")
-        now = self.clock.time
+        now, rate = self.clock.time, self.feedback_rate
         overdue = now - spline.end
-        due = (
-            self.goal is not None and self.feedback_rate and now - self.reported >= 1.0 / self.feedback_rate - _ROUNDING
-        )
+        due = self.goal is not None and rate and now - self.reported >= 1.0 / rate - _ROUNDING
         if overdue < -_ROUNDING and not due and not tolerances.limits_path:  # nothing depends on the errors
             return self.command(*spline.sample(now + self.clock.delta))
         desired, indices = spline.sample(now), list(self.joints.indices)
@@ -244,14 +227,12 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
             self.logger.log("warning", f"{self.server.action}: {text}")
         self.end(code, text, ending)
         robot, indices = self.articulation, list(self.joints.indices)
-        lowest, highest = np.array(robot.target_ranges)[
-            indices
-        ].T  # a joint that rests on its limit is slightly beyond it
-        positions = np.clip(robot.positions()[indices], lowest, highest)
+        # A joint that rests on its limit is slightly beyond the limit.
+        positions = np.clip(robot.positions()[indices], *np.array(robot.target_ranges)[indices].T)
         return self.command(positions, np.zeros_like(positions))
 
     def end(self, code: int, text: str, ending: str) -> None:
-        """End the current trajectory and its goal; `ending` is the method of `Goal` to call, such as `abort`."""
+        """End the current trajectory and its goal; `ending` names the method of `Goal` that ends the goal, such as `abort`."""
         if self.goal is not None:
             getattr(self.goal, ending)(self.result(code, text))
         self.goal = self.spline = self.tolerances = None
@@ -265,7 +246,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
         Args:
             goal: the goal.
-            states: three pairs of positions and velocities: desired, actual, and their difference.
+            states: positions and velocities of the joints: desired, measured, and desired minus measured.
         """
         if not self.server.endpoints.feedback.wanted:
             return
@@ -283,7 +264,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
 @lint("W209")
 def lint_trajectories_without_drive(context: LintContext) -> None:
-    """Warn about trajectory controllers that command joints without a position drive: these joints will not move."""
+    """Warn about trajectory controllers that command joints without a position drive: these joints do not move."""
     for _, instance, node in context.nodes(ROS2FollowJointTrajectory):
         robot = robot_of(context, node)
         if robot is None:
@@ -294,6 +275,5 @@ def lint_trajectories_without_drive(context: LintContext) -> None:
             continue
         message = f"{instance.id} commands joints of {robot.path} that have no position drive: nothing moves"
         remedy = f"write `{idle[0]}: {{drive: {{stiffness: 1000, damping: 50}}}}` below `joints:` of the robot file"
-        context.findings.add(
-            "W209", message, instance.span, listing(idle, "joints"), remedy, related=instance.entry.via
-        )
+        helps = listing(idle, "joints"), remedy
+        context.findings.add("W209", message, instance.span, *helps, related=instance.entry.via)

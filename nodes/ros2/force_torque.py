@@ -17,13 +17,9 @@ class ForceTorquePublisher(SamplePublisher, type="graphengine.ros2.ForceTorquePu
 
     message_type: ClassVar[str] = "geometry_msgs/msg/WrenchStamped"
 
-    force_torque_prim: Target = In(
-        required=True, setup=True, doc="prim of the sensor; the torque is about the origin of the prim"
-    )
+    force_torque_prim: Target = In(required=True, setup=True, doc="prim of the sensor; the torque is about its origin")
     frame_id: String = In(
-        default="sim_force_torque",
-        setup=True,
-        doc="frame whose axes the force and the torque have, as the profile says",
+        default="sim_force_torque", setup=True, doc="frame of force and torque; the sensor's profile selects its axes"
     )
     topic_name: String = In(default="wrench", setup=True)
 

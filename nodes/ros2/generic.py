@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import Publisher, Subscription
 from graphengine.node import Bound, Context, ExecOut, In, Out, Pushes, String, Token
-from graphengine.nodes.ros2.fields import Layout, expect, find_layout
+from graphengine.nodes.ros2.fields import FieldNode, Layout
 from graphengine.nodes.ros2.publisher import TopicNode
 
 
-class GenericNode(TopicNode):
-    """Base of nodes with one topic of any message type and a port for each message field.
+class GenericNode(TopicNode, FieldNode):
+    """Base of nodes with one topic of any message type and a port for each message field."""
 
-    The graph file must name the message type by literals, because these ports are created before wires are read.
-    """
-
-    layout: ClassVar[Layout]
+    folder = "msg"
+    message: ClassVar[Layout]
 
     topic_name: String = In(default="topic", setup=True)
     message_package: String = In(required=True, setup=True, doc="package of the message type, such as geometry_msgs")
     message_subfolder: String = In(default="msg", setup=True, doc="folder of the package that holds the message type")
     message_name: String = In(required=True, setup=True, doc="name of the message type, such as Twist")
-
-    def bind(self) -> Layout:
-        """Return the mapping between the node's ports and the fields of the message.
-
-        Raises:
-            ContextError: the node's ports were created for a message type other than the one that the inputs name.
-        """
-        expect(getattr(self, "layout", None), self.message_package, self.message_subfolder, self.message_name)
-        return self.layout
 
 
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
@@ -43,21 +30,15 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
     for its field, for example 0 for a number, but 1 for `w` of a quaternion.
     """
 
+    parts: ClassVar = {"message": In}
+
     exec_out = ExecOut()
 
     publisher: Publisher = Bound()
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the message, and an input for each of its fields."""
-        layout = find_layout(literals, definitions)
-        return {"layout": layout, **layout.ports(In, {port.name for port in cls.fields.values()})}
-
     def setup(self, context: Context) -> None:
         """Check the values of the inputs, and create the publisher on `topicName`."""
-        layout = self.bind()
-        layout.check(self)
-        self.publisher = self.open_topic(context, layout.message_type, self.topic_name)
+        self.publisher = self.open_topic(context, self.bind(), self.topic_name)
 
     def compute(self) -> None:
         """Publish a message with the values of the inputs, if the topic has subscribers.
@@ -66,7 +47,7 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
             BadValueError: the value of an input does not fit its message field.
         """
         if self.publisher.wanted:
-            self.layout.send(self, self.publisher.publish)
+            self.message.send(self, self.publisher.publish)
 
 
 class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
@@ -76,6 +57,8 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
     of messages is an array of tokens; each token is one message as JSON. `delivery` selects whether `execOut` fires once for each
     message that arrived in the tick, oldest first, or only for the newest message.
     """
+
+    parts: ClassVar = {"message": Out}
 
     delivery: Token = In(
         default="each",
@@ -87,15 +70,9 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
 
     subscription: Subscription = Bound()
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the message, and an output for each of its fields."""
-        layout = find_layout(literals, definitions)
-        return {"layout": layout, **layout.ports(Out)}
-
     def setup(self, context: Context) -> None:
         """Create the subscription on `topicName`."""
-        self.subscription = self.listen(context, self.bind().message_type, self.topic_name)
+        self.subscription = self.listen(context, self.bind(), self.topic_name)
 
     def compute(self) -> Pushes:
         """Set the outputs from each message, or from the newest only, and yield the port to fire after each."""
@@ -105,5 +82,5 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
         else:
             arrived = tuple(self.subscription.take())
         for message in arrived:
-            self.layout.write(self, message)
+            self.message.write(self, message)
             yield self.exec_out

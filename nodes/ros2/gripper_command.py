@@ -39,24 +39,19 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     """
 
     joint_name: String = In(
-        default="", required=True, setup=True, doc="joint that moves the fingers; it must not be a mimic joint"
+        default="", required=True, setup=True, doc="joint that moves the fingers; must not be a mimic joint"
     )
     action_name: String = In(default="gripper_controller/gripper_cmd", setup=True, doc="name of the gripper's action")
     action_type: Token = In(
         default="GripperCommand", setup=True, tokens=_TYPES, doc="name of the action type in the package control_msgs"
     )
     max_effort: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="N m, N",
-        doc="maximum effort if the goal does not set one; 0: only the drive limits the effort",
+        default=0.0, ge=0.0, unit="N m, N", doc="maximum effort of goals without effort; 0: only the drive limits it"
     )
-    goal_tolerance: float = In(
-        default=0.01, ge=0.0, unit="rad, m", doc="maximum position error with which a goal succeeds"
-    )
+    goal_tolerance: float = In(default=0.01, ge=0.0, unit="rad, m", doc="position error up to which a goal succeeds")
     allow_stalling: bool = In(
         default=False,
-        doc="true: a goal succeeds if the finger stalls, for example on an object; false: such a goal is aborted",
+        doc="true: a goal succeeds if the finger stalls, for example on an object; false: the goal is aborted",
     )
     stall_timeout: float = In(
         default=1.0, ge=0.0, unit="s", doc="time at rest after which the finger counts as stalled and the goal ends"
@@ -91,9 +86,8 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     def compute(self) -> Fire:
         """Start the goals that arrived in this tick, and move the finger towards its target."""
         fired = None
-        if (self.goal is not None and not self.goal.active) or (
-            self.target is not None and self.moving != self.commanded
-        ):
+        lost_goal = self.goal is not None and not self.goal.active
+        if lost_goal or (self.target is not None and self.moving != self.commanded):
             fired = self.hold()  # the node was set up again
         for goal in self.server.goals():
             self.begin(goal)
@@ -107,11 +101,10 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
 
     def begin(self, goal: Goal) -> None:
         """Accept a new goal and abort the current one, or reject the new goal and log the reason if it is invalid."""
-        position, effort, speed, fault = self.read(goal.message.command)
-        if not all(abs(number) <= _LARGEST for number in (position, effort, speed)):  # false for NaN
-            fault = fault or f"position, effort and velocity must be finite, with a magnitude up to {_LARGEST:g}"
-        if fault:
-            self.logger.log("warning", f"{self.server.action}: {fault}")
+        try:
+            position, effort, speed = self.read(goal.message.command)
+        except ValueError as error:
+            self.logger.log("warning", f"{self.server.action}: {error}")
             goal.reject()
             return
         goal.accept()
@@ -121,31 +114,33 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         if self.target is None:
             self.set_point = float(at if np.isfinite(at) else self.articulation.positions()[self.index])
         lowest, highest = self.articulation.target_ranges[self.index]
-        self.set_point = min(
-            max(self.set_point, lowest), highest
-        )  # the last goal may have been beyond the joint's range
+        # The last goal may have been beyond the joint's range.
+        self.set_point = min(max(self.set_point, lowest), highest)
         self.goal, self.target, self.moved = goal, position, self.clock.time
         self.moving = self.commanded
         self.effort, self.speed = effort or self.max_effort or math.inf, speed or math.inf
 
-    def read(self, command: Any) -> tuple[float, float, float, str]:
-        """Return the position, effort and velocity of a goal, and the reason why the goal is invalid.
+    def read(self, command: Any) -> tuple[float, float, float]:
+        """Return the position, effort and velocity of a goal, in SI units.
 
-        The reason is empty if the goal is valid. An effort of 0 selects the default of the node; a velocity of 0 means no limit.
+        An effort of 0 selects the default of the node; a velocity of 0 means no limit.
+
+        Raises:
+            ValueError: the goal is invalid; the message says why.
         """
         if self.action_type == _TYPES[0]:
-            return command.position, abs(command.max_effort), 0.0, ""
-        if len(command.position) != 1 or len(command.velocity) > 1 or len(command.effort) > 1:
-            return (
-                0.0,
-                0.0,
-                0.0,
-                f"a goal has one position, and at most one velocity and effort; this one has {len(command.position)} positions",
-            )
-        if list(command.name) not in ([], [self.published]):
-            return 0.0, 0.0, 0.0, f"the goal is for another joint; the gripper's joint is {self.published}"
-        effort, speed = (abs(float(values[0])) if len(values) else 0.0 for values in (command.effort, command.velocity))
-        return float(command.position[0]), effort, speed, ""
+            numbers = command.position, abs(command.max_effort), 0.0
+        else:
+            position, effort, velocity = command.position, command.effort, command.velocity
+            if len(position) != 1 or len(velocity) > 1 or len(effort) > 1:
+                legal = "one position, and at most one velocity and effort"
+                raise ValueError(f"a goal has {legal}; this one has {len(position)} positions")
+            if list(command.name) not in ([], [self.published]):
+                raise ValueError(f"the goal is for another joint; the gripper's joint is {self.published}")
+            numbers = float(position[0]), abs(next(iter(effort), 0.0)), abs(next(iter(velocity), 0.0))
+        if not all(abs(number) <= _LARGEST for number in numbers):  # false for NaN
+            raise ValueError(f"position, effort and velocity must be finite, with a magnitude up to {_LARGEST:g}")
+        return numbers
 
     def move(self, target: float) -> Fire:
         """Output the next set point, and end the goal if the finger arrived or stalled; return the port to fire."""
@@ -175,13 +170,13 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         return self.command(np.array([command]), np.array([follow]))
 
     def hold(self) -> int:
-        """Forget the goal and its target, and output the measured position as set point; return the port to fire."""
+        """Discard the goal and its target, and output the measured position as set point; return the port to fire."""
         self.goal = self.target = None
         position = self.articulation.positions()[[self.index]]
         return self.command(np.clip(position, *self.articulation.target_ranges[self.index]), np.zeros(1))
 
     def result(self, *, stalled: bool, reached: bool) -> Any:
-        """Return a result with the finger's measured state; `stalled` and `reached` are its flags."""
+        """Return a result with the finger's measured state and the flags `stalled` and `reached_goal`."""
         robot, index = self.articulation, self.index
         result = DEFINITIONS.initial(f"control_msgs/action/{self.action_type}_Result")
         state = robot.positions()[[index]], robot.velocities()[[index]], robot.efforts()[[index]]

@@ -1,4 +1,4 @@
-"""A node that publishes the transform map -> odom, which corrects odometry to the true pose of a robot."""
+"""A node that publishes the transform map -> odom. It corrects odometry to the true pose of a robot."""
 
 from __future__ import annotations
 
@@ -22,22 +22,18 @@ _LATE = (
 
 
 class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2PublishGroundTruthTransform"):
-    """Publishes map -> odom, so that map -> odom -> base link is the true pose of a robot in the world of the scene.
+    """Publishes the transform map -> odom with which map -> odom -> base link is the true pose of a robot in the scene's world.
 
     The node replaces localization, such as AMCL. Another node of the session must publish odom -> base link on the same topic
     earlier in the tick. Each execution publishes map -> odom with the stamp of the newest odom -> base link.
     """
 
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
-    parent_frame_id: String = In(
-        default="map", setup=True, doc="frame of the world, the parent frame of the published transform"
-    )
+    parent_frame_id: String = In(default="map", setup=True, doc="frame of the world; parent of the published transform")
     child_frame_id: String = In(
-        default="odom", setup=True, doc="parent frame of the odometry, the child frame of the published transform"
+        default="odom", setup=True, doc="parent frame of the odometry; child of the published transform"
     )
-    topic_name: String = In(
-        default="tf", setup=True, doc="topic of the odometry transform, on which this node publishes too"
-    )
+    topic_name: String = In(default="tf", setup=True, doc="topic of both the odometry and the published transform")
 
     publisher: Publisher = Bound()
     links: Mapping[str, Frame] = Bound()

@@ -1,4 +1,4 @@
-"""Base classes of helper nodes, which publish the samples of a sensor while the simulation plays."""
+"""Base classes of helper nodes. Helper nodes publish the samples of a sensor while the simulation plays."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from graphengine.nodes.ros2.publisher import TopicNode
 class SensorHelper(TopicNode):
     """Base of nodes that publish a sensor's samples from the first execution of the node until the simulation stops.
 
-    A subclass looks up the sensor in `setup` and publishes in `update`. The namespace of a topic is collected from the sensor's
-    prim and its ancestors.
+    A subclass looks up the sensor in `setup` and publishes in `update`. The namespace of a topic comes from the sensor's prim and
+    the ancestors of this prim.
     """
 
     enabled: bool = In(default=True, doc="true: an execution starts publishing; false: an execution stops publishing")
     render_product_path: Token = In(
-        required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the sensor's prim path"
+        required=True, setup=True, doc="path from IsaacCreateRenderProduct, or prim path of the sensor"
     )
     reset_simulation_time_on_stop: bool = In(
         default=True, doc="true: stamps are the time since play; false: the time since the session began"
@@ -29,7 +29,7 @@ class SensorHelper(TopicNode):
     clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
-        """Keep the clock of the session; a subclass adds the sensor and the publisher."""
+        """Store the clock in `clock`; a subclass also looks up the sensor and creates the publisher."""
         self.clock = context.clock
 
     def open_for(self, context: Context, sensor: TickSensor, message_type: str, topic: str, **facts: Any) -> Publisher:
@@ -38,7 +38,7 @@ class SensorHelper(TopicNode):
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
     def samples_per_message(self) -> int:
-        """Return n, where every nth sample is published. Here n is 1, so no sample is skipped."""
+        """Return n if every nth sample is published; this base class publishes every sample and returns 1."""
         return 1
 
     def compute(self) -> None:
@@ -61,12 +61,10 @@ class SensorHelper(TopicNode):
 class SkippingHelper(SensorHelper):
     """Base of helper nodes that can skip samples."""
 
-    frame_skip_count: UInt = In(
-        default=0, setup=True, doc="deprecated: number of samples to skip after each published sample"
-    )
+    frame_skip_count: UInt = In(default=0, setup=True, doc="deprecated: samples to skip after each published sample")
 
     def samples_per_message(self) -> int:
-        """Return n, where every nth sample is published: `frameSkipCount` + 1."""
+        """Return n if every nth sample is published: `frameSkipCount` + 1."""
         return self.frame_skip_count + 1
 
     def left_out(self, index: int) -> bool:

@@ -29,9 +29,7 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
     publish_orientation: bool = In(default=True)
     publish_linear_acceleration: bool = In(default=True)
     publish_angular_velocity: bool = In(default=True)
-    orientation: Quaterniond = In(
-        default=(0.0, 0.0, 0.0, 1.0), doc="orientation of the sensor, quaternion (x, y, z, w)"
-    )
+    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) of the sensor")
     linear_acceleration: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s2", doc="acceleration in the sensor's frame")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s", doc="angular velocity in the sensor's frame")
     orientation_covariance: Doubles = In(default=np.zeros(0), extension=True, unit="rad2", doc=_COVARIANCE)
@@ -56,7 +54,7 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
         """Return the covariance that an input gives, 9 numbers row by row, or zeros if the input is empty.
 
         Raises:
-            BadValueError: the input has neither 9 numbers nor none.
+            BadValueError: the input is not empty and does not have 9 numbers.
         """
         numbers: Doubles = getattr(self, field)
         if len(numbers) not in (0, 9):

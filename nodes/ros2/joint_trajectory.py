@@ -41,7 +41,7 @@ class TrajectoryError(GraphError):
 
     Args:
         code: error code of control_msgs/action/FollowJointTrajectory.
-        message: why it is invalid.
+        message: reason why the trajectory or goal is invalid.
     """
 
     def __init__(self, code: int, message: str) -> None:
@@ -63,11 +63,11 @@ class ControlledJoints(Shared):
     """Lowest and highest position of each joint, rad or m, shape (joints, 2); infinite for a joint without limits."""
     max_velocities: Floats
     leaders: Mapping[str, str]
-    """For all mimic joints of the robot, by name: the name of the joint that the mimic joint follows."""
+    """A dict from the name of each mimic joint of the robot to the name of the joint that it follows."""
 
     @property
     def continuous(self) -> NDArray[np.bool_]:
-        """Whether each joint is continuous, that is, revolute and without limits, so that a full turn leads to the same pose."""
+        """Whether each joint is continuous: revolute and without limits. A full turn of such a joint leads to the same pose."""
         endless: NDArray[np.bool_] = np.isinf(self.ranges).all(axis=1) & (np.array(self.units) == "rad")
         return endless
 
@@ -78,7 +78,7 @@ class ControlledJoints(Shared):
         Args:
             robot: the robot.
             chosen: names of the controller's joints, in the controller's order, as in the robot description.
-            published: name in ROS messages of each joint of the robot, in the articulation's order.
+            published: names of all joints of the robot in ROS messages, in the articulation's order.
 
         Raises:
             JointError: the robot has no joint with a name in `chosen`.
@@ -86,16 +86,11 @@ class ControlledJoints(Shared):
         """
         indices = joint_numbers(robot, chosen)
         if not chosen or len(set(indices)) < len(indices):
-            raise ContextError(
-                "a controller needs at least one joint, and no joint twice",
-                list(chosen),
-                "name joints with a position drive",
-            )
+            text = "a controller needs at least one joint, and no joint twice"
+            raise ContextError(text, list(chosen), "name joints with a position drive")
         for name, index in zip(chosen, indices, strict=True):
             if leader := robot.leaders[index]:
-                raise ContextError(
-                    f"mimic joint {name!r} follows {leader!r}", name, "command the joint that it follows"
-                )
+                raise ContextError(f"mimic joint {name!r} follows {leader!r}", name, f"command {leader!r} instead")
         return cls(
             tuple(published[index] for index in indices),
             tuple(indices),
@@ -110,13 +105,13 @@ def read_trajectory(message: Any, joints: ControlledJoints, start: JointPoint, *
     """Convert a trajectory to a spline.
 
     The spline begins at the current set point; points in the past are skipped. Joints that the message does not name keep their
-    set points. All positions of a continuous joint are shifted by the same number of full turns, so that the joint takes the
-    shorter way to the first point.
+    set points. All positions of a continuous joint are shifted by the same number of full turns: the joint takes the shorter way
+    to the first point.
 
     Args:
         message: trajectory_msgs/JointTrajectory with one point or more.
         joints: joints of the controller.
-        start: current set point of these joints, with velocities and accelerations; its time is the current time.
+        start: current set point of these joints, with velocities and accelerations, at the current time.
         partial: whether the message may leave out joints of the controller.
 
     Raises:
@@ -136,7 +131,7 @@ def read_trajectory(message: Any, joints: ControlledJoints, start: JointPoint, *
 
 
 def excess_speed(spline: JointSpline, joints: ControlledJoints) -> str:
-    """Return a warning about the first joint that exceeds its velocity limit by more than 1 %; empty if no joint does."""
+    """Return a warning about the first joint that exceeds its velocity limit by more than 1 %, or an empty string."""
     limits = joints.max_velocities * _FASTER
     for before, after in zip(spline.points, spline.points[1:], strict=False):
         speeds = np.abs(after.positions - before.positions) / (after.time - before.time)
@@ -184,7 +179,7 @@ def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -
 
 
 def _check_numbers(points: Sequence[Any], joints: int) -> None:
-    """Check that each point has a position for each joint, and velocities and accelerations for each joint or none.
+    """Check that each point has one position per joint, and one velocity and acceleration per joint or no such numbers.
 
     The numbers must be finite and not too large, and there must be no efforts and not too many points.
     """
@@ -255,7 +250,7 @@ def _check_end(last: JointPoint, joints: ControlledJoints) -> None:
 
 
 def _turned(points: Sequence[JointPoint], joints: ControlledJoints, start: JointPoint) -> list[JointPoint]:
-    """Return the points with the positions of continuous joints shifted by full turns, so that they start near the set point."""
+    """Return the points with continuous joints shifted by full turns, which bring their first positions near the set point."""
     turns = np.round((start.positions - points[0].positions) / math.tau) * joints.continuous
     if not turns.any():
         return list(points)

@@ -25,15 +25,14 @@ def labels_message(labels: Mapping[str, Any], stamp: messages.Time) -> messages.
 
 
 class LabelPublisher(PublisherNode):
-    """Base of nodes that publish labels; a subclass defines `labels`."""
+    """Base of nodes that publish labels as a JSON object; a subclass defines `labels`."""
 
     message_type: ClassVar[str] = "std_msgs/msg/String"
 
     topic_name: String = In(default="labels", setup=True)
-    time_stamp: float = In(default=0.0, unit="s")
 
     def message(self) -> messages.String:
-        """Return the message with the labels and the time."""
+        """Return the message with the labels and the time `timeStamp`."""
         return labels_message(self.labels(), stamp(self.time_stamp))
 
     def labels(self) -> dict[str, Any]:

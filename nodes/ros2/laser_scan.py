@@ -17,7 +17,7 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
     """Publishes a row of ranges as sensor_msgs/LaserScan, with angles and times from the inputs.
 
     If `rotationRate` is not 0, `scan_time` is 1 / `rotationRate` and `time_increment` is the time between two beams at this
-    rate. If `rotationRate` is 0, both times are 0, which means that all beams were fired at one instant.
+    rate. If `rotationRate` is 0, both times are 0: all beams were fired at one instant.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/LaserScan"
@@ -32,7 +32,7 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
     horizontal_resolution: Float = In(default=0.0, unit="deg", doc="angle between adjacent beams")
     depth_range: Float2 = In(default=(0.0, 0.0), ge=0.0, unit="m", doc="smallest and largest valid distance")
     rotation_rate: Float = In(
-        default=0.0, ge=0.0, unit="Hz", doc="turns of the lidar per second; 0: all beams are simultaneous"
+        default=0.0, ge=0.0, unit="Hz", doc="turns of the lidar per second; 0: all beams are fired at one instant"
     )
     linear_depth_data: Floats = In(unit="m", doc="range of each beam; inf for a miss")
     intensities_data: UChars = In(doc="intensity of each beam; if empty, 255 for hits and 0 for misses")
@@ -50,9 +50,8 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
             raise BadValueError("numRows", self.num_rows, "1, because a LaserScan is one row of beams")
         beams = len(self.linear_depth_data)
         if not beams or beams != self.num_cols:
-            raise BadValueError(
-                "linearDepthData, numCols", [beams, self.num_cols], "a non-empty array of ranges and its length"
-            )
+            legal = "a non-empty array of ranges and its length"
+            raise BadValueError("linearDepthData, numCols", [beams, self.num_cols], legal)
         turn = 1.0 / self.rotation_rate if self.rotation_rate else 0.0
         near, far = self.depth_range
         first, last = self.azimuth_range

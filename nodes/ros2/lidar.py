@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
 
     A LaserScan has one range per beam of the ring nearest to the lidar's xy plane and covers exactly the lidar's field of view.
     A PointCloud2 has the points of all rings. With `selectedMetadata: [Intensity, Ring, Time]`, its points have the layout of
-    Velodyne's driver (x, y, z, intensity, ring, time), which lidar SLAM such as LIO-SAM expects. Isaac Sim does
+    Velodyne's driver (x, y, z, intensity, ring, time). Lidar SLAM such as LIO-SAM expects this layout. Isaac Sim does
     not have `Ring` and `Time`. `Ring` is the index of the ring, 0 for the lowest one (uint16). `Time` is the time in s since the
     stamp (float32); it is always 0, because all beams of a sample are cast at the same time. Switch off motion correction in SLAM
     software that treats 0 as a missing time.
@@ -46,16 +47,11 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     )
     full_scan: bool = In(default=True, doc="deprecated: samples are always full scans")
     show_debug_view: bool = In(default=False, doc="no effect: there is no window")
-    selected_metadata: Tokens = In(
-        setup=True, doc=f"further fields of a point in a PointCloud2: {', '.join(_METADATA)}"
-    )
+    selected_metadata: Tokens = In(setup=True, doc=f"further fields of points in a PointCloud2: {', '.join(_METADATA)}")
     enable_object_id_map: bool = In(default=False, doc="no effect: rays do not identify objects")
     object_id_map_topic_name: String = In(default="object_id_map")
     no_return: Token = In(
-        default="inf",
-        tokens=("inf", "max", "minus_one"),
-        extension=True,
-        doc="range of a beam that hits nothing: inf, range_max or -1",
+        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="range of a miss: inf, range_max or -1"
     )
 
     lidar: Lidar = Bound()
@@ -66,18 +62,15 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         """Look up the lidar at `renderProductPath` and create the publisher on `topicName`."""
         unknown = [name for name in self.selected_metadata if name not in _METADATA]
         if unknown:
-            raise ContextError(
-                f"the metadata {unknown[0]!r} in selectedMetadata is not available", unknown[0], listing(_METADATA)
-            )
+            text = f"the metadata {unknown[0]!r} in selectedMetadata is not available"
+            raise ContextError(text, unknown[0], listing(_METADATA))
         if self.enable_object_id_map:
             context.log("warning", "enableObjectIdMap has no effect: rays do not identify objects")
         super().setup(context)
         self.lidar = context.device(Lidar, self.render_product_path)
         self.level = level_ring(self.lidar) if len(self.lidar.elevations) > 1 else None
-        kind = "LaserScan" if self.type_in == "laser_scan" else "PointCloud2"
-        self.publisher = self.open_for(
-            context, self.lidar, f"sensor_msgs/msg/{kind}", self.topic_name, frame_id=self.frame_id
-        )
+        kind = "sensor_msgs/msg/LaserScan" if self.type_in == "laser_scan" else "sensor_msgs/msg/PointCloud2"
+        self.publisher = self.open_for(context, self.lidar, kind, self.topic_name, frame_id=self.frame_id)
 
     def update(self) -> None:
         """Publish the sample of this tick, if there is one and the topic has subscribers."""
@@ -87,7 +80,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         self.publisher.publish(self.laser_scan(scan) if self.type_in == "laser_scan" else self.point_cloud(scan))
 
     def laser_scan(self, scan: Scan) -> messages.LaserScan:
-        """Return a LaserScan with one range per beam; `time_increment` is 0, because all beams are cast at one instant."""
+        """Return a LaserScan with one range per beam; `time_increment` is 0, because all beams are cast at once."""
         first, last, increment = self.lidar.angles
         near, far = self.lidar.ranges
         ranges, intensities = scan.ranges, scan.intensities
@@ -107,7 +100,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         )
 
     def reported(self, ranges: NDArray[np.float32], far: float) -> NDArray[np.float32]:
-        """Return the ranges, with those of beams without a hit replaced by the value that `noReturn` selects.
+        """Return the ranges to publish: a beam without a hit gets the range that `noReturn` selects.
 
         Args:
             ranges: range of each beam, m; inf for a beam without a hit.
@@ -120,21 +113,16 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     def point_cloud(self, scan: Scan) -> messages.PointCloud2:
         """Return a PointCloud2 with the hit points in the lidar's frame; all points have the same time."""
         time, hit = self.stamp(scan.time), np.flatnonzero(np.isfinite(scan.ranges))
-        known: dict[str, Any] = {}
-        if "Intensity" in self.selected_metadata:
-            known["Intensity"] = scan.intensities[hit]
-        if "Timestamp" in self.selected_metadata:
-            known["Timestamp"] = np.full(len(hit), int(time * 1e9), "<u8")
-        if "EmitterId" in self.selected_metadata:
-            known["EmitterId"] = hit.astype("<u4")
-        if "ChannelId" in self.selected_metadata:
-            known["ChannelId"] = (hit // beams_of_a_ring(self.lidar)).astype("<u4")
-        if "Ring" in self.selected_metadata:
-            known["Ring"] = (hit // beams_of_a_ring(self.lidar)).astype("<u2")
-        if "Time" in self.selected_metadata:
-            known["Time"] = np.zeros(len(hit), "<f4")
+        make: dict[str, Callable[[], NDArray[Any]]] = {
+            "Intensity": lambda: scan.intensities[hit],
+            "Timestamp": lambda: np.full(len(hit), int(time * 1e9), "<u8"),
+            "EmitterId": lambda: hit.astype("<u4"),
+            "ChannelId": lambda: (hit // beams_of_a_ring(self.lidar)).astype("<u4"),
+            "Ring": lambda: (hit // beams_of_a_ring(self.lidar)).astype("<u2"),
+            "Time": lambda: np.zeros(len(hit), "<f4"),
+        }
         header = messages.header(time, self.publisher.claim.frame_id)
-        return point_cloud(header, scan.points_of(hit), known)
+        return point_cloud(header, scan.points_of(hit), {name: make[name]() for name in self.selected_metadata})
 
 
 class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarPointCloudConfig"):

@@ -24,8 +24,9 @@ _UNKNOWN, _DIAGONAL_KNOWN = 0, 2
 class NavSatPublisher(SamplePublisher, type="graphengine.ros2.NavSatPublisher"):
     """Publishes each sample of a navsat receiver (GPS) as sensor_msgs/NavSatFix.
 
-    Latitude and longitude are degrees on the WGS84 ellipsoid, and the altitude is the height above it, m. The covariance (m2) is
-    that of the receiver's noise to the east, to the north and upwards. Without a fix, the status is -1; the coordinates are NaN.
+    Latitude and longitude are degrees on the WGS84 ellipsoid, and the altitude is the height above it, m. The covariance (m2) has
+    the variances of the receiver's noise to the east, to the north and upwards. Without a fix, the status is -1, and the
+    coordinates are NaN.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/NavSatFix"
@@ -47,8 +48,7 @@ class NavSatPublisher(SamplePublisher, type="graphengine.ros2.NavSatPublisher"):
         reading = receiver.reading()
         head, fixed = header(reading.time, self.publisher.claim.frame_id), not math.isnan(reading.latitude)
         level, height = (noise**2 if fixed else 0.0 for noise in (receiver.horizontal_noise, receiver.vertical_noise))
-        status = DEFINITIONS.message_class("sensor_msgs/msg/NavSatStatus")(
-            _FIXES[receiver.fix] if fixed else _NO_FIX, _GPS
-        )
+        fix, known = (_FIXES[receiver.fix], _DIAGONAL_KNOWN) if fixed else (_NO_FIX, _UNKNOWN)
+        status = DEFINITIONS.message_class("sensor_msgs/msg/NavSatStatus")(fix, _GPS)
         place = reading.latitude, reading.longitude, reading.altitude
-        return head, status, *place, np.diag((level, level, height)).ravel(), _DIAGONAL_KNOWN if fixed else _UNKNOWN
+        return head, status, *place, np.diag((level, level, height)).ravel(), known

@@ -53,14 +53,14 @@ BUFFERS = {
     **dict.fromkeys(("echoId", "tickState"), ("", "buffer with one uint8 per point")),
     "radialVelocityMS": ("m/s", "buffer with one float32 per point"),
 }
-"""Unit and description of the input for each kind of metadata in METADATA."""
+"""A dict from the name of each kind of metadata in METADATA to the unit and description of its input."""
 _DATATYPES = {"f4": 7, "u4": 6, "u2": 4, "u1": 2}
 """Values of `datatype` in sensor_msgs/PointField, by numpy type."""
 
 
 @functools.cache
 def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
-    """Return the layout of a point with x, y, z and this metadata, as a dtype and as a list of PointFields.
+    """Return the layout of a point with x, y, z and the given metadata, as a dtype and as a list of PointFields.
 
     All messages with the same metadata share the list.
     """
@@ -76,16 +76,16 @@ def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.Poin
 def point_cloud(
     header: messages.Header, positions: NDArray[np.floating[Any]], metadata: Mapping[str, Buffer] | None = None
 ) -> messages.PointCloud2:
-    """Return a point cloud.
+    """Return a point cloud message.
 
     Args:
         header: time and frame.
-        positions: points in the header's frame, m: one row of points, shape (n, 3), which are all finite, or an organized cloud,
-            shape (height, width, 3), in which points without a return are NaN.
-        metadata: buffers with one packed record per point, by the names in FIELDS; `Rgb` is a colour per point.
+        positions: points in the header's frame, m. The shape is (n, 3) for finite points in one row, or (height, width, 3) for an
+            organized cloud, in which pixels without a return are NaN.
+        metadata: a dict from a name in FIELDS to a buffer with one packed record per point; `Rgb` is a colour per point.
 
     Raises:
-        BadValueError: the size of a buffer is not that of one record per point.
+        BadValueError: a buffer does not have one record per point.
     """
     given = metadata or {}
     names = tuple(name for name in _KNOWN if name in given)
@@ -155,7 +155,7 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
         return point_cloud(self.header(), points, self.metadata())
 
     def metadata(self) -> dict[str, Buffer]:
-        """Return the buffers of the metadata to publish, by the names in METADATA.
+        """Return a dict from the name in METADATA of each kind of metadata to publish to its buffer.
 
         Raises:
             BadValueError: an input such as `outputAzimuth` is true, but the buffer of this metadata is missing.
@@ -165,7 +165,6 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
             if getattr(self, ports[f"inputs:output{name}"].field):
                 buffer = chosen[name] = getattr(self, ports[f"inputs:{_port(name)}"].field)
                 if isinstance(buffer, int):
-                    raise BadValueError(
-                        f"output{name}, {_port(name)}", buffer, f"a buffer, because output{name} is true"
-                    )
+                    legal = f"a buffer, because output{name} is true"
+                    raise BadValueError(f"output{name}, {_port(name)}", buffer, legal)
         return chosen

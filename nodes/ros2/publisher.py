@@ -16,9 +16,7 @@ class NetworkNode(Node):
     """Base of nodes that create publishers, subscriptions or services, with inputs for domain and namespace."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(
         default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
     )
@@ -29,7 +27,7 @@ class NetworkNode(Node):
 
 
 class TopicNode(NetworkNode):
-    """Base of nodes that create publishers or subscriptions, with inputs for their QoS."""
+    """Base of nodes that create publishers or subscriptions, with inputs for the QoS of these endpoints."""
 
     qos_profile: String = In(
         default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth `queueSize`"
@@ -37,11 +35,14 @@ class TopicNode(NetworkNode):
     queue_size: UInt64 = In(default=10, setup=True, doc="history depth if `qosProfile` is empty")
 
     def open_topic(self, context: Context, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """Create a publisher with the QoS, namespace and domain inputs; `facts` are further arguments of `Context.publisher`."""
+        """Create a publisher with the QoS, namespace and domain that the inputs give.
+
+        `facts` are further keyword arguments of `Context.publisher`.
+        """
         return context.publisher(message_type, topic, **self.endpoint(), **facts)
 
     def listen(self, context: Context, message_type: str, topic: str, **facts: Any) -> Subscription:
-        """Create a subscription with the QoS, namespace and domain inputs.
+        """Create a subscription with the QoS, namespace and domain that the inputs give.
 
         `facts` are further keyword arguments of `Context.subscription`.
         """
@@ -53,13 +54,14 @@ class TopicNode(NetworkNode):
 
 
 class PublisherNode(TopicNode):
-    """Base of nodes that publish one message per execution; a subclass defines `message_type`, `topic_name` and `message`.
+    """Base of nodes that publish one message per execution, unless the topic has no subscribers.
 
-    Nothing is published while the topic has no subscribers.
+    A subclass defines `message_type`, `topic_name` and `message`.
     """
 
     message_type: ClassVar[str]
     topic_name: str
+    time_stamp: float = In(default=0.0, unit="s")
 
     publisher: Publisher = Bound()
 
@@ -81,7 +83,7 @@ class PublisherNode(TopicNode):
             send(self.publisher, self.message())
 
     def message(self) -> Any:
-        """Return the message to publish in this execution."""
+        """Return the message that this execution publishes."""
         raise NotImplementedError
 
 
@@ -89,14 +91,13 @@ class SensorPublisher(PublisherNode):
     """Base of nodes that publish the measurement in their inputs as a message with a header. Subclasses add `frame_id`."""
 
     frame_id: str
-    time_stamp: float = In(default=0.0, unit="s")
 
     def open(self, context: Context, **facts: Any) -> Publisher:
         """Create the publisher on `topicName`, for messages in the frame `frameId`."""
         return super().open(context, frame_id=self.frame_id, **facts)
 
     def header(self) -> messages.Header:
-        """Return the header of this execution's message, with `timeStamp` and the published name of `frameId`."""
+        """Return the header of the message: the time `timeStamp` and the published name of the frame `frameId`."""
         return header(self.time_stamp, self.publisher.claim.frame_id)
 
 
@@ -124,7 +125,11 @@ def send(publisher: Publisher, message: Any) -> None:
 
 
 def header(seconds: float, frame_id: str, port: str = "timeStamp") -> messages.Header:
-    """Return a header with a frame and a time in seconds, the value of the input `port`. Raises the same errors as `stamp`."""
+    """Return a header with a frame and a time in seconds, the value of the input `port`.
+
+    Raises:
+        BadValueError: the time is out of the range of builtin_interfaces/Time.
+    """
     return messages.Header(stamp(seconds, port), frame_id)
 
 

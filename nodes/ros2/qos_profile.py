@@ -28,10 +28,7 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
     lifespan: float = In(default=0.0, ge=0.0, unit="s", doc="age at which a message expires; 0: never")
     liveliness: Token = In(default="systemDefault", tokens=("systemDefault", "automatic", "manualByTopic", "unknown"))
     lease_duration: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="s",
-        doc="time without a sign of life after which a publisher counts as lost; 0: never",
+        default=0.0, ge=0.0, unit="s", doc="time without sign of life after which a publisher is lost; 0: never"
     )
     create_profile: Token = In(
         default=_DEFAULT,

@@ -31,14 +31,10 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
     topic_name: String = In(default="radar_point_cloud", setup=True)
     show_debug_view: bool = In(default=False, doc="no effect: there is no window")
     output_radial_velocity_ms: bool = In(
-        default=False,
-        name="outputRadialVelocityMS",
-        doc="add the field `radial_velocity_ms` to each point: its radial velocity, m/s",
+        default=False, name="outputRadialVelocityMS", doc="add the field `radial_velocity_ms` to each point, m/s"
     )
     output_intensity: bool = In(default=False, doc="add the field `intensity` to each point: its received power, dB")
-    output_timestamp: bool = In(
-        default=False, doc="add the field `timestamp` to each point: the time of the message, ns"
-    )
+    output_timestamp: bool = In(default=False, doc="add the field `timestamp` to each point: time of the message, ns")
 
     radar: Radar = Bound()
     publisher: Publisher = Bound()
@@ -47,9 +43,8 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
         """Look up the radar at `renderProductPath` and create the publisher on `topicName`."""
         super().setup(context)
         self.radar = context.device(Radar, self.render_product_path)
-        self.publisher = self.open_for(
-            context, self.radar, "sensor_msgs/msg/PointCloud2", self.topic_name, frame_id=self.frame_id
-        )
+        kind = "sensor_msgs/msg/PointCloud2"
+        self.publisher = self.open_for(context, self.radar, kind, self.topic_name, frame_id=self.frame_id)
 
     def update(self) -> None:
         """Publish the sample of this tick, if there is one and the topic has subscribers."""

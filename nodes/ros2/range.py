@@ -21,9 +21,7 @@ class RangePublisher(SamplePublisher, type="graphengine.ros2.RangePublisher"):
     message_type: ClassVar[str] = "sensor_msgs/msg/Range"
 
     range_prim: Target = In(
-        required=True,
-        setup=True,
-        doc="prim of the range sensor; the x axis of the prim is the axis of the sensor's cone",
+        required=True, setup=True, doc="prim of the range sensor; its x axis is the axis of the sensor's cone"
     )
     frame_id: String = In(default="sim_range", setup=True)
     topic_name: String = In(default="range", setup=True)

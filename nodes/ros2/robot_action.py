@@ -17,16 +17,12 @@ from graphengine.nodes.ros2.joint_spline import Floats
 class RobotActionNode(RobotNode):
     """Base of action server nodes that command joints; the outputs are wired to an IsaacArticulationController.
 
-    `execOut` fires only in ticks with a command, so that other nodes can command the joints between goals.
+    `execOut` fires only in ticks with a command: other nodes can command the joints between goals.
     """
 
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(
-        default="",
-        setup=True,
-        doc="ROS namespace of the action; if empty, collected from `isaac:namespace` of the node's ancestor prims",
+        default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
     )
     exec_out = ExecOut(doc="fires in each execution that commands joints")
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the commanded joints, in the order of the commands")
@@ -56,7 +52,7 @@ class RobotActionNode(RobotNode):
         return {"namespace": self.node_namespace, "ros_context": self.context}
 
     def command(self, positions: Floats, velocities: Floats) -> int:
-        """Output set points (rad or m, rad/s or m/s) of the joints `commanded`, and return the port to fire."""
+        """Output the set points of the joints `commanded`, in rad or m and rad/s or m/s; return the port to fire."""
         self.joint_names_out = self.commanded
         self.position_command = np.minimum(np.maximum(positions, -_LARGEST), _LARGEST)  # a third of the time of `clip`
         self.velocity_command = np.minimum(np.maximum(velocities, -_LARGEST), _LARGEST)
@@ -68,7 +64,7 @@ _LARGEST = 1e9
 
 
 def message(message_type: str, *values: Any) -> Any:
-    """Return a message of a type with these values of its fields, in the order of the definition."""
+    """Return a message of a type; the values of its fields are in the order of the definition."""
     return messages.message_class(message_type)(*values)
 
 

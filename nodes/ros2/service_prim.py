@@ -20,7 +20,7 @@ Ask = Callable[[Prims, Any], Sequence[Any]]
 
 
 class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
-    """Creates servers for services of isaac_ros2_messages that list prims and attributes, and read and write attributes.
+    """Offers services of isaac_ros2_messages that list prims and attributes, and read and write attributes.
 
     Values are JSON; as in USD, quaternions are [w, x, y, z] and angles are in degrees. Only attributes that the simulation
     supports are available; a write to an attribute that cannot change during a simulation is refused. In each tick, the node
@@ -57,20 +57,11 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
             ("GetPrimAttribute", self.get_attribute_service_name, get_attribute),
             ("SetPrimAttribute", self.set_attribute_service_name, set_attribute),
         )
-        self.served = tuple(
-            (self.offer(context, kind, name), partial(respond, kind, ask, prims)) for kind, name, ask in asked
-        )
-
-    def offer(self, context: Context, name: str, service: str) -> ServiceServer:
-        """Create the server of a service.
-
-        Args:
-            context: context of the node.
-            name: service type in isaac_ros2_messages, such as GetPrims.
-            service: name of the service.
-        """
         facts = {**self.endpoint(), "collects_namespace": True, "qos_profile": self.qos_profile}
-        return context.service_server(f"{_PACKAGE}/{name}", service, **facts)
+        self.served = tuple(
+            (context.service_server(f"{_PACKAGE}/{kind}", service, **facts), partial(respond, kind, ask, prims))
+            for kind, service, ask in asked
+        )
 
     def writes(self) -> Iterable[str]:
         """Return resource keys that stand for the attributes of all prims."""

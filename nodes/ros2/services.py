@@ -6,42 +6,27 @@ A server consists of two nodes that share a handle: ROS2ServiceServerRequest and
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
 from functools import partial
 from typing import Any, ClassVar
 
 from graphengine.format.errors import BadValueError, ContextError
-from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import ServiceClient, ServiceServer
-from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Node, Out, Pushes, State, String, UInt64
-from graphengine.nodes.ros2.fields import Layout, expect, find_service
+from graphengine.node import Bound, Context, ExecIn, ExecOut, Fire, In, Out, Pushes, State, String, UInt64
+from graphengine.nodes.ros2.fields import FieldNode, Layout
 
 
-class ServiceNode(Node):
-    """Base of service nodes that have a port for each field of the service type.
+class ServiceNode(FieldNode):
+    """Base of service nodes that have a port for each field of the service type."""
 
-    The graph file must name the service type by literals, because these ports are created before wires are read.
-    """
-
+    folder = "srv"
     request: ClassVar[Layout]
     response: ClassVar[Layout]
 
-    context: UInt64 = In(
-        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
-    )
+    context: UInt64 = In(default=0, setup=True, doc="ROS domain: handle from a ROS2Context; 0: the session's domain")
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     message_package: String = In(required=True, setup=True, doc="package of the service type, such as std_srvs")
     message_subfolder: String = In(default="srv", setup=True, doc="folder of the package that holds the service type")
     message_name: String = In(required=True, setup=True, doc="name of the service type, such as SetBool")
-
-    def bind(self) -> str:
-        """Return the service type that the inputs name, such as std_srvs/srv/SetBool.
-
-        Raises:
-            ContextError: the node's ports were created for a service type other than the one that the inputs name.
-        """
-        layout: Layout | None = getattr(self, "request", None) or getattr(self, "response", None)
-        return expect(layout, self.message_package, self.message_subfolder, self.message_name)
 
 
 class NamedServiceNode(ServiceNode):
@@ -63,20 +48,16 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
 
     `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` lists these outputs. `onReceived` fires once for each
     request that arrived in the tick, oldest first. A ROS2ServiceServerResponse with the same `serverHandle` sends the response.
-    If the next request is output before the response is sent, the earlier request never gets a response, and a warning is logged.
+    If the next request is output before the response is sent, the earlier request gets no response, and a warning is logged.
     """
+
+    parts: ClassVar = {"request": Out}
 
     on_received = ExecOut(doc="fires once for each request")
     server_handle: UInt64 = Out(default=0, doc="handle of this server; wire it to a ROS2ServiceServerResponse")
 
     server: ServiceServer = Bound()
     logger: Context = Bound()
-
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the request, and an output for each of its fields."""
-        request, _ = find_service(literals, definitions)
-        return {"request": request, **request.ports(Out)}
 
     def setup(self, context: Context) -> None:
         """Create the service server `serviceName`."""
@@ -89,9 +70,7 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
         self.server_handle = self.server.handle
         for request_id, request in self.server.take():
             if self.server.current is not None:
-                self.logger.log(
-                    "warning", f"{self.server.service}: a request was not answered before the next one came"
-                )
+                self.logger.log("warning", f"{self.server.service}: the next request came before a response was sent")
             self.server.current = request_id
             self.request.write(self, request)
             yield self.on_received
@@ -104,23 +83,18 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
     of the tick. Each request gets one response. Without a request, the node sends nothing, logs a warning and does not fire.
     """
 
+    parts: ClassVar = {"response": In}
+
     on_received = ExecIn()
     server_handle: UInt64 = In(required=True, doc="handle of the service server, from a ROS2ServiceServerRequest")
     exec_out = ExecOut(doc="fires when the node has responded to a request")
 
     door: Context = Bound()
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layout of the response, and an input for each of its fields."""
-        _, response = find_service(literals, definitions)
-        return {"response": response, **response.ports(In)}
-
     def setup(self, context: Context) -> None:
         """Check the values of the field inputs and, if `serverHandle` is already set, the service type of the server."""
         self.door = context
         self.bind()
-        self.response.check(self)
         if self.server_handle:
             self.find()
 
@@ -130,7 +104,7 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
         Raises:
             ContextError: no service server has this handle, or the server has another service type.
         """
-        server, service_type = self.door.server(self.server_handle), self.bind()
+        server, service_type = self.door.server(self.server_handle), self.response.type_name
         if server.service_type != service_type:
             raise ContextError(
                 f"the node is for {service_type}, but the service {server.service} has type {server.service_type}",
@@ -159,12 +133,14 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
 
 
 class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceClient"):
-    """Calls a service; the request's fields are inputs, the response's fields are outputs, such as `Response:success`.
+    """Calls a service. The fields of the request are inputs; the fields of the response are outputs, such as `Response:success`.
 
     `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` lists these ports. Every execution calls the service, even
     while earlier calls wait for responses. If a server exists, a call is sent at the end of the tick. Otherwise, the last ten
     calls are kept, and sent when a server appears. Responses are output in order of arrival, at most one per tick.
     """
+
+    parts: ClassVar = {"request": In, "response": Out}
 
     exec_out = ExecOut(doc="fires once for each response, in a tick after the call")
 
@@ -172,17 +148,9 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
     waiting: int = State(default=0)
     answers: deque[Any] = State(factory=deque)
 
-    @classmethod
-    def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return the layouts of request and response, an input for each request field and an output for each response field."""
-        request, response = find_service(literals, definitions)
-        return {"request": request, "response": response, **request.ports(In), **response.ports(Out)}
-
     def setup(self, context: Context) -> None:
         """Create the client of the service `serviceName`."""
-        service_type = self.bind()
-        self.request.check(self)
-        self.client = context.service_client(service_type, self.service_name, **self.endpoint())
+        self.client = context.service_client(self.bind(), self.service_name, **self.endpoint())
         self.waiting = len(self.answers)
 
     def compute(self) -> None:

@@ -28,16 +28,15 @@ class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishCloc
     """Publishes simulation time as rosgraph_msgs/Clock.
 
     When the time jumps, for example by a reset, the new time is published on the topic `/clock` at once, even while the session
-    is paused, so that tf2 buffers discard transforms from the future.
+    is paused: tf2 buffers then discard transforms from the future.
     """
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
 
     topic_name: String = In(default="clock", setup=True)
-    time_stamp: float = In(default=0.0, unit="s")
 
     def message(self) -> messages.Clock:
-        """Return the message with the time."""
+        """Return the message with the time `timeStamp`."""
         return messages.Clock(stamp(self.time_stamp))
 
     def announce_time(self) -> None:
@@ -50,11 +49,11 @@ _PRISMATIC = 1
 
 
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
-    """Publishes joint states as sensor_msgs/JointState: those in arrays, or those of a robot.
+    """Publishes joint states from arrays, or the joint states of a robot, as sensor_msgs/JointState.
 
     If `jointNames` is given, the joint states come from the arrays, otherwise from the robot `targetPrim`. Lengths and forces in
-    the arrays are multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for metres. The efforts of
-    `targetPrim` are those after the last physics step.
+    the arrays are multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for metres. The published
+    efforts of `targetPrim` were computed in the last physics step.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
@@ -65,7 +64,6 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         doc="robot whose joints are published if `jointNames` is empty: its root prim, base link or articulation root",
     )
     topic_name: String = In(default="joint_states", setup=True)
-    time_stamp: float = In(default=0.0, unit="s")
     joint_names: Tokens = In(required="joints", doc="names of the joints in the arrays; if empty, `targetPrim` is used")
     joint_positions: Doubles = In(unit="rad, m")
     joint_velocities: Doubles = In(unit="rad/s, m/s")
@@ -92,7 +90,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         super().setup(context)
 
     def message(self) -> messages.JointState:
-        """Return the message with the arrays or with the robot's joint states.
+        """Return the message with the joint states in the arrays, or with those of the robot.
 
         Raises:
             BadValueError: neither `jointNames` nor `targetPrim` is given, or a value cannot be published.
@@ -105,7 +103,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         return self.joint_state(self.time_stamp, self.names, robot.positions(), robot.velocities(), robot.efforts())
 
     def message_of_arrays(self) -> messages.JointState:
-        """Return the message with the arrays, scaled from stage units.
+        """Return the message with the joint states in the arrays, converted from stage units to SI units.
 
         Raises:
             BadValueError: `stageMetersPerUnit` is not above 0 and finite, or the arrays differ in length.
@@ -147,7 +145,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
 @lint("W211")
 def lint_empty_joint_states(context: LintContext) -> None:
-    """Warn about joint state publishers whose robot has no movable joint: all their messages are empty."""
+    """Warn about joint state publishers whose robot has no movable joint: they publish only empty messages."""
     for _, instance, node in context.nodes(ROS2PublishJointState):
         if not node.target_prim or node.joint_names:
             continue
@@ -162,7 +160,7 @@ def lint_empty_joint_states(context: LintContext) -> None:
 
 @lint("W215")
 def lint_lengths_of_states(context: LintContext) -> None:
-    """Warn of joint states with arrays of different lengths, and of covariances that do not have 36 numbers."""
+    """Warn about joint state arrays of different lengths, and about covariances that do not have 36 numbers."""
     for inputs, node in known_inputs(context, PublisherNode):
         if isinstance(node, ROS2PublishJointState) and inputs.length("joint_names"):
             states = "joint_positions", "joint_velocities", "joint_efforts", "joint_dof_types"
@@ -173,7 +171,7 @@ def lint_lengths_of_states(context: LintContext) -> None:
 
 
 def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
-    """Return the numbers rounded to multiples of 1 / steps, except numbers too large to be rounded; `values` may be changed."""
+    """Return the numbers rounded to multiples of 1 / steps; numbers whose rounding overflows stay. May overwrite `values`."""
     if max(map(abs, values.tolist()), default=0.0) * max(steps, 1.0) < 1e300:  # nothing overflows: errstate costs time
         values *= steps
         np.rint(values, out=values)
@@ -196,13 +194,12 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
 
     odom_frame_id: String = In(default="odom", setup=True, doc="frame of the pose")
     chassis_frame_id: String = In(
-        default="base_link", setup=True, doc="frame of the robot, whose pose is published; frame of the twist"
+        default="base_link", setup=True, doc="frame of the robot, whose pose is published; the twist is in this frame"
     )
     topic_name: String = In(default="odom", setup=True)
     publish_raw_velocities: bool = In(
         default=False, doc="true: publish the velocities unchanged; false: project them onto the axes of `robotFront`"
     )
-    time_stamp: float = In(default=0.0, unit="s")
     position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
     orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="quaternion (x, y, z, w)")
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
@@ -214,9 +211,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         doc="covariance of x, y, z, roll, pitch, yaw: 6 x 6 numbers, row by row; empty: zeros, which mean unknown",
     )
     twist_covariance: Doubles = In(
-        default=np.zeros(0),
-        extension=True,
-        doc="covariance of the published velocities, in the same form as `poseCovariance`",
+        default=np.zeros(0), extension=True, doc="covariance of the velocities: 6 x 6 numbers, like `poseCovariance`"
     )
 
     def setup(self, context: Context) -> None:

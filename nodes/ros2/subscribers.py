@@ -1,4 +1,4 @@
-"""Subscriber nodes for one message type each, which output only the newest message of a tick."""
+"""Subscriber nodes, each for one message type. They output only the newest message of a tick."""
 
 from __future__ import annotations
 

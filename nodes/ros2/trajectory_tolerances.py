@@ -30,7 +30,7 @@ class StateTolerances(Shared):
         return bool(np.isfinite(self.positions).any() or np.isfinite(self.velocities).any())
 
     def violation(self, joints: ControlledJoints, positions: Floats, velocities: Floats) -> str:
-        """Return a message about the first joint whose error exceeds its tolerance; empty if no error does.
+        """Return a message about the first joint whose error exceeds its tolerance, or an empty string.
 
         Args:
             joints: the joints, whose names and units appear in the message.
@@ -60,22 +60,20 @@ class Tolerances(Shared):
     """Whether a joint has a limit in `path`; without limits, errors during the trajectory have no effect."""
 
     @classmethod
-    def by_default(
-        cls, joints: int, path: Floats, goal: Floats, stopped_velocity: float, goal_time: float
-    ) -> Tolerances:
+    def by_default(cls, joints: int, path: Floats, goal: Floats, stopped: float, goal_time: float) -> Tolerances:
         """Return the tolerances for goals that set none.
 
         Args:
             joints: number of joints.
             path: maximum position errors during a trajectory, rad or m: one per joint, one for all joints, or none.
             goal: maximum position errors at the end of a trajectory, in the same form.
-            stopped_velocity: maximum velocity error at the end of a trajectory, rad/s or m/s.
+            stopped: maximum velocity error at the end of a trajectory, rad/s or m/s.
             goal_time: time after the end of a trajectory during which the joints may still reach the goal, s.
 
         In all arguments but `joints`, 0 means no limit.
         """
         during = StateTolerances(_limits(path, joints), np.full(joints, np.inf))
-        end = StateTolerances(_limits(goal, joints), _limits(np.array([stopped_velocity]), joints))
+        end = StateTolerances(_limits(goal, joints), _limits(np.array([stopped]), joints))
         return cls(during, end, goal_time or np.inf, during.has_limits())
 
     def of_goal(self, goal: Any, joints: ControlledJoints) -> Tolerances:
@@ -106,9 +104,8 @@ def _with(default: StateTolerances, given: Sequence[Any], field: str, joints: Co
     for tolerance in given:
         if tolerance.name not in joints.names:
             hint = did_you_mean(tolerance.name, joints.names) or listing(joints.names, "joints")
-            raise TrajectoryError(
-                INVALID_GOAL, f"{field}: '{printable(tolerance.name)}' is not a joint of this controller; {hint}"
-            )
+            text = f"{field}: '{printable(tolerance.name)}' is not a joint of this controller; {hint}"
+            raise TrajectoryError(INVALID_GOAL, text)
         joint = joints.names.index(tolerance.name)
         for kind, limits in (("position", made.positions), ("velocity", made.velocities)):
             place = f"{field} of {kind} of joint {tolerance.name}"
@@ -122,7 +119,6 @@ def _limit(given: float, default: float, place: str) -> float:
     if given == _ERASED:
         return np.inf
     if not given > 0.0:
-        raise TrajectoryError(
-            INVALID_GOAL, f"{place} cannot be {given:g}, legal: above 0, 0 for the default, -1 for no limit"
-        )
+        text = f"{place} cannot be {given:g}, legal: above 0, 0 for the default, -1 for no limit"
+        raise TrajectoryError(INVALID_GOAL, text)
     return given

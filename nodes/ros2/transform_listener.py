@@ -32,9 +32,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True,
-        setup=True,
-        doc="alternating prim paths and frame names; each prim and each frame occurs only once",
+        required=True, setup=True, doc="alternating prim paths and frame names; each prim and frame occurs once"
     )
     articulation_roots: Tokens = In(setup=True, doc="paths of robots; they are checked, but have no other effect")
     exec_out = ExecOut(doc="fires once in each tick in which messages arrived")
@@ -53,19 +51,13 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         for given in (prims, names):
             twice = [text for text in dict.fromkeys(given) if given.count(text) > 1]
             if twice:
-                raise ContextError(
-                    f"{twice[0]!r} is in frameNamesMap twice", twice[0], "list each prim and each frame once"
-                )
+                text = f"{twice[0]!r} is in frameNamesMap twice"
+                raise ContextError(text, twice[0], "list each prim and each frame once")
         for root in self.articulation_roots:
             context.articulation(root)
-        self.frames = {
-            context.frame_name(name, namespace=self.node_namespace): (
-                prim,
-                context.frame(prim),
-                context.placement(prim),
-            )
-            for prim, name in zip(prims, names, strict=True)
-        }
+        published = [context.frame_name(name, namespace=self.node_namespace) for name in names]
+        handles = [(prim, context.frame(prim), context.placement(prim)) for prim in prims]
+        self.frames = dict(zip(published, handles, strict=True))
         topic = self.topic_name
         self.subscription = self.listen(context, "tf2_msgs/msg/TFMessage", topic, outermost_namespace=True)
 
@@ -85,7 +77,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         return self.exec_out if arrived else None
 
     def follow(self, edge: Any) -> str:
-        """Move the prim of a transform's child frame; return the reason if this is impossible, otherwise an empty string."""
+        """Move the prim of a transform's child frame. Return the reason if it cannot move, otherwise an empty string."""
         (_, parent, _), (prim, child, placement) = self.frames[edge.header.frame_id], self.frames[edge.child_frame_id]
         if placement is None:
             return f"{edge.child_frame_id} is the frame of {prim}, which cannot be moved by itself"
@@ -98,7 +90,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
 
 def _pose(transform: Any) -> tuple[Vector3, Quaternion] | None:
-    """Return a transform as a pose; None if it is too far away or the length of its quaternion is not 1."""
+    """Return a transform as a pose; None if a coordinate is too large or the length of the quaternion is not 1."""
     t, r = transform.translation, transform.rotation
     square = r.x * r.x + r.y * r.y + r.z * r.z + r.w * r.w
     if not all(abs(value) <= _FARTHEST for value in (t.x, t.y, t.z)) or not abs(square - 1.0) <= _UNIT:

@@ -21,19 +21,19 @@ from graphengine.nodes.touched import reading_poses
 if TYPE_CHECKING:
     from graphengine.compiler.lint_registry import LintContext
 
+_TF = "tf2_msgs/msg/TFMessage"
 
-def transform(
-    time: float, parent: str, child: str, translation: Vector3, orientation: Quaternion
-) -> messages.TransformStamped:
-    """Return the message for one edge of the TF tree; time in s, translation in m, quaternion (x, y, z, w)."""
-    pose = messages.Transform(messages.Vector3(*translation), messages.Quaternion(*orientation))
+
+def transform(time: float, parent: str, child: str, position: Vector3, turn: Quaternion) -> messages.TransformStamped:
+    """Return the transform from a parent frame to a child frame; time in s, position in m, quaternion (x, y, z, w)."""
+    pose = messages.Transform(messages.Vector3(*position), messages.Quaternion(*turn))
     return messages.TransformStamped(header(time, parent), child, pose)
 
 
 class TransformPublisher(PublisherNode):
-    """Base of nodes that publish tf2_msgs/TFMessage; the topic's namespace is that of the outermost ancestor prim."""
+    """Base of nodes that publish tf2_msgs/TFMessage; the topic has the namespace of the outermost ancestor prim."""
 
-    message_type: ClassVar[str] = "tf2_msgs/msg/TFMessage"
+    message_type: ClassVar[str] = _TF
 
     static_publisher: bool = In(
         default=False, setup=True, doc="true: publish only once after play, latched, even without subscribers"
@@ -48,12 +48,11 @@ class TransformPublisher(PublisherNode):
 
     def compute(self) -> None:
         """Publish the transforms in each execution, or only once if `staticPublisher` is true."""
-        if self.static_publisher:
-            if not self.sent:
-                send(self.publisher, self.message())
-                self.sent = True
-        else:
+        if not self.static_publisher:
             super().compute()
+        elif not self.sent:
+            send(self.publisher, self.message())
+            self.sent = True
 
 
 class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishRawTransformTree"):
@@ -62,7 +61,6 @@ class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge
     parent_frame_id: String = In(default="odom", setup=True)
     child_frame_id: String = In(default="base_link", setup=True)
     topic_name: String = In(default="tf", setup=True)
-    time_stamp: float = In(default=0.0, unit="s")
     translation: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m")
     rotation_in: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), name="rotation", doc="quaternion (x, y, z, w)")
 
@@ -80,14 +78,9 @@ class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge
 class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishTransformTree"):
     """Publishes the transforms of target prims, or transforms given by arrays, as one tf2_msgs/TFMessage per execution."""
 
-    parent_prim: Target = In(
-        setup=True, doc="prim whose frame is the parent frame of `targetPrims`; if empty, the world"
-    )
-    target_prims: Target = In(
-        required="frames", setup=True, doc="prims whose transforms are published if `parentFrames` is empty"
-    )
+    parent_prim: Target = In(setup=True, doc="prim that is the parent frame of `targetPrims`; if empty, the world")
+    target_prims: Target = In(required="frames", setup=True, doc="prims to publish if `parentFrames` is empty")
     topic_name: String = In(default="tf", setup=True)
-    time_stamp: float = In(default=0.0, unit="s")
     parent_frames: Tokens = In(
         required="frames", setup=True, doc="parent frame of each transform, from IsaacComputeTransformTree"
     )
@@ -98,7 +91,7 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
     links: Sequence[FrameLink] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Create the publisher on `topicName`, and store in its claim the parent and child frame of each transform.
+        """Create the publisher on `topicName`, which announces the parent and child frame of each transform.
 
         Raises:
             ContextError: there are neither frames nor target prims.
@@ -110,9 +103,8 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
             self.links = context.transform_tree(self.target_prims, parent, loops=False)
             edges = [(link.parent_name, link.child_name) for link in self.links]
         elif not edges:
-            raise ContextError(
-                "parentFrames, childFrames and targetPrims are empty: set targetPrims, or wire the frames"
-            )
+            empty = "parentFrames, childFrames and targetPrims are empty"
+            raise ContextError(f"{empty}: set targetPrims, or wire the frames")
         self.publisher = self.open(context, frame_id=edges[0][0] if edges else "", transforms=edges)
 
     def reads(self) -> Iterable[str]:
@@ -135,19 +127,19 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 
 @lint("W215")
 def lint_lengths_of_transforms(context: LintContext) -> None:
-    """Warn of transforms in arrays of different lengths."""
+    """Warn about transforms in arrays of different lengths."""
     for inputs, _ in known_inputs(context, ROS2PublishTransformTree):
         if inputs.length("parent_frames"):
             inputs.warn_of_unequal("parent_frames", "child_frames", "translations", "orientations")
 
 
 def linked(time: float, publisher: Publisher, links: Iterable[FrameLink]) -> messages.TFMessage:
-    """Return a TFMessage with the current poses of links.
+    """Return a TFMessage with the current transform of each link.
 
     Args:
         time: simulation time, s.
         publisher: publisher that announced the parent and child frame of each link, in the same order as `links`.
-        links: links to publish.
+        links: parent and child of each transform.
     """
     edges = zip(publisher.claim.transforms, links, strict=True)
     return messages.TFMessage([transform(time, *edge, *pose_of(link)) for edge, link in edges])
@@ -159,12 +151,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     time_stamp: float = In(default=0.0, unit="s")
     publish_frequency: float = In(
-        default=20.0,
-        le=1e9,
-        gt=0.0,
-        setup=True,
-        unit="Hz",
-        doc="rate at which transforms of movable links are published on `tf`",
+        default=20.0, le=1e9, gt=0.0, setup=True, unit="Hz", doc="rate of the transforms of movable links on `tf`"
     )
 
     description: RobotDescription = Bound()
@@ -188,15 +175,10 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
         tf: dict[str, Any] = {**common, "outermost_namespace": True}
         fixed = [(parent, child) for parent, child, _, _ in self.description.fixed]
         moving = [(link.parent_name, link.child_name) for link in self.description.moving]
-        self.description_publisher = context.publisher(
-            "std_msgs/msg/String", "robot_description", latched=True, **common
-        )
-        self.static_publisher = context.publisher(
-            "tf2_msgs/msg/TFMessage", "tf_static", latched=True, transforms=fixed, **tf
-        )
-        self.publisher = context.publisher(
-            "tf2_msgs/msg/TFMessage", "tf", rate=self.publish_frequency, transforms=moving, **tf
-        )
+        publisher, text, rate = context.publisher, "std_msgs/msg/String", self.publish_frequency
+        self.description_publisher = publisher(text, "robot_description", latched=True, **common)
+        self.static_publisher = publisher(_TF, "tf_static", latched=True, transforms=fixed, **tf)
+        self.publisher = publisher(_TF, "tf", rate=rate, transforms=moving, **tf)
 
     def compute(self) -> None:
         """Publish the latched topics once, and `tf` when it is due.

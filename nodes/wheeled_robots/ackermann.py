@@ -13,7 +13,7 @@ from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 
 class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):
-    """Computes the steering angles and speeds of four wheels, so that all wheels roll about one turning centre.
+    """Computes the steering angles and speeds with which four wheels roll about one turning centre.
 
     `steeringAngle` d is the steering angle of a bicycle with the same wheel base. With `wheelBase` b and `trackWidth` t, let
     k = 1 - (t / 2b) tan d for left wheels and k = 1 + (t / 2b) tan d for right wheels. Wheels that are not steered roll at
@@ -29,27 +29,18 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     """
 
     exec_in = ExecIn()
-    acceleration: float = In(
-        default=0.0, ge=0.0, unit="m/s2", doc="acceleration towards `speed`; 0 applies `speed` at once"
-    )
-    max_acceleration: float = In(
-        default=0.0, ge=0.0, unit="m/s2", doc="upper limit of `acceleration`; 0 means no limit"
-    )
+    acceleration: float = In(default=0.0, ge=0.0, unit="m/s2", doc="acceleration towards `speed`; 0: at once")
+    max_acceleration: float = In(default=0.0, ge=0.0, unit="m/s2", doc="upper limit of `acceleration`; 0: no limit")
     speed: float = In(default=0.0, unit="m/s", doc="forward speed at the middle of the unsteered axle")
     steering_angle: float = In(
-        default=0.0, unit="rad", doc="steering angle of a bicycle with the same wheel base; left is positive"
+        default=0.0, unit="rad", doc="steering angle of a bicycle with this wheel base; left is positive"
     )
-    max_wheel_rotation: float = In(
-        default=6.28, ge=0.0, unit="rad", doc="largest steering angle of a wheel; 0 means no limit"
-    )
+    max_wheel_rotation: float = In(default=6.28, ge=0.0, unit="rad", doc="largest steering angle of a wheel; 0: none")
     steering_angle_velocity: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="rad/s",
-        doc="rate of change towards `steeringAngle`; 0 applies `steeringAngle` at once",
+        default=0.0, ge=0.0, unit="rad/s", doc="rate of change towards `steeringAngle`; 0: at once"
     )
     max_steering_angle_velocity: float = In(
-        default=0.0, ge=0.0, unit="rad/s", doc="upper limit of `steeringAngleVelocity`; 0 means no limit"
+        default=0.0, ge=0.0, unit="rad/s", doc="limit of `steeringAngleVelocity`; 0: no limit"
     )
     wheel_base: float = In(gt=0.0, required=True, unit="m", doc="distance between the axles")
     track_width: float = In(
@@ -66,21 +57,16 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     back_wheel_radius: float = In(
         default=0.0, ge=0.0, required="radius", unit="m", doc="radius of the back wheels; 0: same as `frontWheelRadius`"
     )
-    max_wheel_velocity: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
+    max_wheel_velocity: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest speed of a wheel; 0: no limit")
     invert_steering: bool = In(
-        default=False, doc="true: the back wheels steer, in the opposite direction; false: the front wheels steer"
+        default=False, doc="true: the back wheels steer, in the opposite direction; false: the front wheels"
     )
     dt: float = In(
-        default=0.0,
-        ge=0.0,
-        unit="s",
-        doc="time between two executions; needed if `acceleration` or `steeringAngleVelocity` is not 0",
+        default=0.0, ge=0.0, unit="s", doc="time between two executions; needed for ramps of speed and steering"
     )
     exec_out = ExecOut()
     wheel_angles: Doubles = Out(unit="rad", doc="angles of the steered wheels: [left, right]")
-    wheel_rotation_velocity: Doubles = Out(
-        unit="rad/s", doc="speeds of all wheels: [front left, front right, back left, back right]"
-    )
+    wheel_rotation_velocity: Doubles = Out(unit="rad/s", doc="speeds: [front left, front right, back left, back right]")
 
     previous_speed: float = State(default=0.0)
     previous_angle: float = State(default=0.0)
@@ -121,9 +107,8 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         if self.wheel_base == 0.0:
             raise BadValueError("wheelBase", self.wheel_base, "other than 0")
         if not (front or back):
-            raise BadValueError(
-                "frontWheelRadius, backWheelRadius", (front, back), "two numbers, at least one of them not 0"
-            )
+            legal = "two numbers, at least one of them not 0"
+            raise BadValueError("frontWheelRadius, backWheelRadius", (front, back), legal)
         return abs(self.wheel_base), abs(self.track_width) / 2.0, front or back, back or front
 
     def commanded(self, fastest: float, widest: float) -> tuple[float, float]:

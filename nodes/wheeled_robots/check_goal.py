@@ -13,15 +13,10 @@ from graphengine.nodes.wheeled_robots.planar import PlanarNode, wrapped
 class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):
     """Checks whether the position and the yaw of a base are within tolerances of a target."""
 
-    target: Double3 = In(
-        default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw of the target, in the world frame"
-    )
+    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw of the target in the world frame")
     target_changed: bool = In(default=False, doc="no effect: every execution reads `target`")
     thresholds: Double2 = In(
-        default=(0.1, 0.1),
-        ge=0.0,
-        unit="m, rad",
-        doc="tolerances: [largest distance, largest yaw difference] at which the target counts as reached",
+        default=(0.1, 0.1), ge=0.0, unit="m, rad", doc="tolerances: [largest distance, largest yaw difference]"
     )
     reached_goal: Bools = Out(doc="[position reached, yaw reached]")
 

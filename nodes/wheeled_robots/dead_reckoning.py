@@ -70,9 +70,9 @@ class Propagation:
         Args:
             covariance: covariance of the pose before the motion.
             pose: pose before the motion.
-            after: pose after the motion, as `moved` returns it.
+            after: pose after the motion, from `moved`.
             turn: turn of the motion, rad.
-            noise: variances of the motion, which are independent: forward (m2), left (m2), turn (rad2).
+            noise: independent variances of the motion: forward (m2), left (m2), turn (rad2).
         """
         (x, y, yaw), (after_x, after_y, _), (ahead, left, about) = pose, after, noise
         north, east, halfway = after_y - y, after_x - x, yaw + turn / 2.0

@@ -33,12 +33,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
     exec_in = ExecIn()
     wheel_radius: float = In(gt=0.0, required=True, unit="m", doc="radius r of the wheels")
-    wheel_distance: float = In(
-        gt=0.0,
-        required=True,
-        unit="m",
-        doc="distance d between the contact points of the wheels",
-    )
+    wheel_distance: float = In(gt=0.0, required=True, unit="m", doc="distance d between the wheels' contact points")
     dt: float = In(default=0.0, ge=0.0, unit="s", doc="time between two executions; needed for acceleration limits")
     max_acceleration: float = In(
         default=0.0,
@@ -53,13 +48,11 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
         doc="limit of the deceleration while the base slows down; no limit if `maxAcceleration` or `maxDeceleration` is 0",
     )
     max_angular_acceleration: float = In(
-        default=0.0, ge=0.0, unit="rad/s2", doc="limit of the angular acceleration; 0 means no limit"
+        default=0.0, ge=0.0, unit="rad/s2", doc="limit of the angular acceleration; 0: none"
     )
-    max_linear_speed: float = In(default=0.0, ge=0.0, unit="m/s", doc="largest speed of the base; 0 means no limit")
-    max_angular_speed: float = In(
-        default=0.0, ge=0.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit"
-    )
-    max_wheel_speed: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
+    max_linear_speed: float = In(default=0.0, ge=0.0, unit="m/s", doc="largest speed of the base; 0: no limit")
+    max_angular_speed: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest turn rate of the base; 0: no limit")
+    max_wheel_speed: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest speed of a wheel; 0: no limit")
     scale_wheel_speeds: bool = In(
         default=False,
         extension=True,
@@ -84,9 +77,8 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
         if not (radius and distance):
             raise BadValueError("wheelDistance" if radius else "wheelRadius", 0.0, "other than 0")
         if self.dt <= 0.0 and (self.max_acceleration or self.max_deceleration or self.max_angular_acceleration):
-            raise BadValueError(
-                _RAMPS, self.dt, "above 0 for acceleration limits (wire deltaSeconds of OnPlaybackTick to dt)"
-            )
+            legal = "above 0 for acceleration limits (wire deltaSeconds of OnPlaybackTick to dt)"
+            raise BadValueError(_RAMPS, self.dt, legal)
         linear = limited(self.linear_velocity, abs(self.max_linear_speed))
         angular = limited(self.angular_velocity, abs(self.max_angular_speed))
         share = self.feasible_share(linear, angular)
@@ -105,7 +97,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
         self.velocity_command = np.array((left, right))
 
     def feasible_share(self, linear: float, angular: float) -> float:
-        """Return the factor by which a twist is scaled so that no wheel exceeds `maxWheelSpeed`; 1 without scaling."""
+        """Return the factor that scales a twist to wheel speeds of at most `maxWheelSpeed`; 1 without scaling."""
         most = abs(self.max_wheel_speed * self.wheel_radius)
         if not (self.scale_wheel_speeds and most):
             return 1.0

@@ -33,7 +33,7 @@ def compare_geometry(
     """Warn if `wheelRadius` or `wheelDistance` of a node differs from the geometry of its robot.
 
     Args:
-        context: context of the lint, which collects the findings.
+        context: context of the lint; it collects the findings.
         node: instance of the node.
         inputs: object whose attributes are the initial values of the inputs.
         robot: the robot.

@@ -22,8 +22,8 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     by the wheel's `mecanumAngles` about `upAxis`. The base has the velocity v and the turn rate w.
 
     If `rolling` is false, the node uses Isaac Sim's model: each wheel contributes s r g to the velocity and s r (g x p) to the
-    turn rate of the base. Of all wheel speeds whose contributions add up to the twist, the node outputs those with the least sum
-    of r s^2. This model ignores that wheels roll.
+    turn rate of the base. Among all wheel speeds whose contributions add up to the twist, the node outputs the speeds
+    with the least sum of r s^2. This model ignores that wheels roll.
 
     If `rolling` is true, the wheels roll on the floor and do not slip along their roller axes. For each wheel,
     s r (a x up) . g = (v + w up x p) . g, where `up` is the unit vector along `upAxis`.
@@ -33,30 +33,20 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
 
     exec_in = ExecIn()
     wheel_radius: Doubles = In(gt=0.0, required=True, unit="m", doc="radii: one per wheel, or one for all wheels")
-    wheel_positions: Double3s = In(
-        required=True, unit="m", doc="position of each wheel relative to the centre of the base"
-    )
+    wheel_positions: Double3s = In(required=True, unit="m", doc="position of each wheel relative to the base's centre")
     wheel_orientations: Double4s = In(required=True, doc="orientation (w, x, y, z) of each wheel relative to the base")
     mecanum_angles: Doubles = In(
-        required=True,
-        unit="deg",
-        doc="angles from the axle to the roller axis about `upAxis`: one per wheel, or one for all wheels",
+        required=True, unit="deg", doc="angles from axle to roller axis about `upAxis`: one per wheel, or one for all"
     )
-    wheel_axis: Double3 = In(
-        default=(1.0, 0.0, 0.0), doc="direction of the axle in the wheel's frame, the same for all wheels"
-    )
+    wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="direction of the axle in the frame of each wheel")
     up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up direction in the frame of the base")
     input_velocity: Double3 = In(
         default=(0.0, 0.0, 0.0),
         unit="m/s, m/s, rad/s",
-        doc="twist of the base: [forward speed, speed to the left, counter-clockwise turn rate]",
+        doc="twist: [forward speed, speed to the left, counter-clockwise turn rate]",
     )
-    max_linear_speed: float = In(
-        default=100000.0, ge=0.0, unit="m/s", doc="largest speed of the base; 0 means no limit"
-    )
-    max_angular_speed: float = In(
-        default=100000.0, ge=0.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit"
-    )
+    max_linear_speed: float = In(default=100000.0, ge=0.0, unit="m/s", doc="largest speed of the base; 0: no limit")
+    max_angular_speed: float = In(default=100000.0, ge=0.0, unit="rad/s", doc="largest turn rate; 0: no limit")
     max_wheel_speed: float = In(
         default=100000.0,
         ge=0.0,
@@ -111,10 +101,9 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             BadValueError: the wheels cannot drive the base in every direction, a number is not finite, or arrays for the wheels
                 differ in length.
         """
-        # Before LAPACK prints an error of its own.
-        check_finite(
-            self, "wheel_radius", "wheel_positions", "wheel_orientations", "mecanum_angles", "wheel_axis", "up_axis"
-        )
+        # LAPACK would print an error about numbers that are not finite.
+        arrays = "wheel_radius", "wheel_positions", "wheel_orientations", "mecanum_angles"
+        check_finite(self, *arrays, "wheel_axis", "up_axis")
         wheels, positions = len(self.wheel_positions), self.wheel_positions
         if wheels < 3:
             raise BadValueError("wheelPositions", positions, "the positions of 3 or more wheels")
@@ -139,16 +128,14 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         """Yield the axle and the roller axis of each wheel, as unit vectors in the frame of the base.
 
         Raises:
-            BadValueError: there is not one orientation per wheel, the number of angles is neither 1 nor that of the wheels, or a
+            BadValueError: there is not one orientation per wheel, there is neither one angle nor one angle per wheel, or a
                 vector or quaternion has the length 0.
         """
         angles = self.per_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
-            lengths = [len(orientations), len(angles)]
-            raise BadValueError(
-                "wheelOrientations, wheelPositions", lengths, "of equal length, one orientation for each position"
-            )
+            lengths, legal = [len(orientations), len(angles)], "of equal length, one orientation for each position"
+            raise BadValueError("wheelOrientations, wheelPositions", lengths, legal)
         up = _unit("upAxis", self.up_axis)
         for angle, orientation in zip(angles, orientations, strict=True):
             w, x, y, z = _unit("wheelOrientations", orientation)
@@ -194,13 +181,12 @@ def _without_slip(radii: Doubles, axles: Doubles, rollers: Doubles, positions: D
         up: unit vector that points up.
 
     Raises:
-        BadValueError: a roller axis has the direction of its wheel's axle, so that the wheel does not drive.
+        BadValueError: a roller axis has the direction of its wheel's axle: the wheel does not drive.
     """
     grips = radii * np.sum(np.cross(axles, up) * rollers, axis=1, keepdims=True)
     if np.any(np.abs(grips) < 1e-9 * radii):
-        raise BadValueError(
-            "mecanumAngles, upAxis, wheelAxis", grips.tolist(), "such that no roller axis is parallel to the axle"
-        )
+        legal = "such that no roller axis is parallel to the axle"
+        raise BadValueError("mecanumAngles, upAxis, wheelAxis", grips.tolist(), legal)
     paths = np.column_stack([rollers[:, :2], np.cross(positions, rollers) @ up])
     speeds: Doubles = paths / grips
     return speeds

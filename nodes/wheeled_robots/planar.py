@@ -48,11 +48,9 @@ class PlanarNode(Node):
     """Base of nodes that need the pose of a mobile base."""
 
     exec_in = ExecIn()
-    current_position: Vector3d = In(
-        required=True, unit="m", doc="position of the base in the world frame; z is ignored"
-    )
+    current_position: Vector3d = In(required=True, unit="m", doc="position of the base in the world; z is ignored")
     current_orientation: Quaterniond = In(
-        required=True, doc="orientation (x, y, z, w) of the base in the world frame; only its yaw is used"
+        required=True, doc="orientation (x, y, z, w) of the base in the world; only its yaw is used"
     )
     exec_out = ExecOut()
 

@@ -48,16 +48,11 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     """
 
     target_prim: Target = In(
-        default=(),
-        setup=True,
-        doc="prim whose pose is the target; if empty, `targetPosition` and `targetOrientation` are the target",
+        default=(), setup=True, doc="prim at the target; if empty, `targetPosition` and `targetOrientation` are used"
     )
-    target_position: Vector3d = In(
-        default=(0.0, 0.0, 0.0), unit="m", doc="position of the target in the world frame; z is ignored"
-    )
+    target_position: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="position in the world frame; z is ignored")
     target_orientation: Quaterniond = In(
-        default=(0.0, 0.0, 0.0, 1.0),
-        doc="orientation (x, y, z, w) of the target in the world frame; only its yaw is used",
+        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) in the world frame; only its yaw is used"
     )
     initial_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the start, along the yaw of the base")
     initial_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the start, along the yaw of the base")
@@ -65,12 +60,8 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     goal_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the target, along the target's yaw")
     max_accel: float = In(default=1.5, ge=0.0, unit="m/s2", doc="largest acceleration on the path")
     max_jerk: float = In(default=0.3, ge=0.0, unit="m/s3", doc="largest jerk on the path")
-    step: float = In(
-        default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points of the path"
-    )
-    path_arrays: Doubles = Out(
-        unit="m/s, m, m, rad", doc="points of the path: the speeds at all points, then all x, all y and all yaws"
-    )
+    step: float = In(default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two path points")
+    path_arrays: Doubles = Out(unit="m/s, m, m, rad", doc="path: the speeds at all points, then all x, all y, all yaws")
     target: Double3 = Out(unit="m, m, rad", doc="x, y and yaw at the end of the path")
     target_changed: bool = Out(doc="true if this execution planned a new path")
 

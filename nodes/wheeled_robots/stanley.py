@@ -53,8 +53,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     current_speed: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s", doc="velocity of the base; z is ignored")
     max_velocity: float = In(default=1.5, ge=0.0, unit="m/s", doc="largest speed on the path")
     reached_goal: Bools = In(
-        default=(False, False),
-        doc="`reachedGoal` of CheckGoal2D: [position reached, yaw reached]; the base stops if both are true",
+        default=(False, False), doc="[position reached, yaw reached], from CheckGoal2D; the base stops if both are true"
     )
     path_arrays: Doubles = In(
         required=True,
@@ -66,10 +65,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         default=False, doc="true: start the path from its first point; a change of `pathArrays` has the same effect"
     )
     wheel_base: float = In(
-        default=0.4132,
-        gt=0.0,
-        unit="m",
-        doc="distance between the axles; the steering law uses `gains[1]` x `wheelBase`",
+        default=0.4132, gt=0.0, unit="m", doc="axle distance; the steering law uses `gains[1]` x `wheelBase`"
     )
     thresholds: Double2 = In(
         default=(0.1, 0.1),
@@ -86,9 +82,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         doc="sets the turn rate on the spot, which is `gains[1]` / `step` times the remaining angle, at most 1 rad/s",
     )
     gains: Double3 = In(
-        default=(0.5, 0.1, 0.0872665),
-        unit="1/s, 1, rad",
-        doc="[gain of the path error, gain of the speed, steering limit]",
+        default=(0.5, 0.1, 0.0872665), unit="1/s, 1, rad", doc="[gain of path error, gain of speed, steering limit]"
     )
     linear_velocity: float = Out(unit="m/s", doc="forward speed of the base")
     angular_velocity: float = Out(unit="rad/s", doc="turn rate of the base, counter-clockwise")
@@ -134,9 +128,8 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         check_finite(self, "gains")
         _, gain, steering = self.gains
         if not (gain > 0.0 and 0.0 < steering < math.pi / 2):
-            raise BadValueError(
-                "gains", self.gains, "three numbers, the second above 0 and the third between 0 and pi/2"
-            )
+            legal = "three numbers, the second above 0 and the third between 0 and pi/2"
+            raise BadValueError("gains", self.gains, legal)
         if not self.step > 0.0:
             raise BadValueError("step", self.step, "above 0")
         if not self.wheel_base * gain > 0.0:

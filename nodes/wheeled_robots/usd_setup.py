@@ -22,7 +22,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     Wire the outputs to the inputs of the same names of a HolonomicController with `rolling: true`. The outputs describe all
     wheels that have rollers. A wheel has rollers if its material in the robot file has different friction in two directions; the
     axis of the roller on the floor is the direction of the greater friction. The radius of a wheel is the radius of its collider.
-    Positions and orientations are those of the wheel joints, with all joints at zero. Isaac Sim instead reads radii and roller
+    Positions and orientations are those of the wheel joints with all joints at zero. Isaac Sim instead reads radii and roller
     angles from the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints.
 
     Positions are relative to `comPrim`, with components along the axes of `comPrim`; Isaac Sim uses the axes of the world frame.
@@ -30,9 +30,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     """
 
     robot_prim: Target = In(setup=True, doc="the robot's prim, base link or articulation root")
-    com_prim: Target = In(
-        setup=True, doc="prim at the centre of the base; the outputs are in its frame; if empty, the base link is used"
-    )
+    com_prim: Target = In(setup=True, doc="prim at the base's centre, frame of the outputs; if empty, the base link")
     use_path: bool = In(
         default=False,
         setup=True,
@@ -42,7 +40,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     com_prim_path: Token = In(
         default="",
         setup=True,
-        doc="path of the prim at the centre of the base, used if `usePath` is true; if empty, the base link is used",
+        doc="path of the prim at the base's centre, used if `usePath` is true; if empty, the base link",
     )
     wheel_radius: Doubles = Out(unit="m", doc="radius of each wheel")
     wheel_positions: Double3s = Out(unit="m", doc="position of each wheel in the frame of `comPrim`")

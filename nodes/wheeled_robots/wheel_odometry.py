@@ -37,7 +37,7 @@ _UNKNOWN = read_only(np.zeros(36))
 
 @dataclass(frozen=True, slots=True)
 class WheelGeometry(Shared):
-    """What an odometry derives from its inputs and the steering angles.
+    """The numbers that an odometry derives from its inputs and the steering angles.
 
     Attributes:
         inputs: numeric inputs of the node.
@@ -81,19 +81,15 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     )
     wheel_radius: float = In(gt=0.0, required=True, unit="m", doc="radius of the wheels")
     left_wheel_radius_multiplier: float = In(
-        default=1.0,
-        doc="factor for the radius of the left wheels; negative if negative joint velocities drive the base forward",
+        default=1.0, doc="factor for the radius of the left wheels; negative for reversed joint axes"
     )
     right_wheel_radius_multiplier: float = In(
-        default=1.0,
-        doc="factor for the radius of the right wheels; negative if negative joint velocities drive the base forward",
+        default=1.0, doc="factor for the radius of the right wheels; negative for reversed joint axes"
     )
     wheel_distance: float = In(
-        default=0.0, ge=0.0, required=True, unit="m", doc="distance between left and right wheels"
+        default=0.0, ge=0.0, required=True, unit="m", doc="distance between the left and right wheels"
     )
-    wheel_distance_multiplier: float = In(
-        default=1.0, gt=0.0, unit="m/m", doc="factor for `wheelDistance`, to calibrate turns"
-    )
+    wheel_distance_multiplier: float = In(default=1.0, gt=0.0, unit="m/m", doc="calibrating factor for `wheelDistance`")
     wheel_base: float = In(
         default=0.0,
         unit="m",
@@ -115,10 +111,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         "computed",
     )
     ticks_per_revolution: float = In(
-        default=0.0,
-        ge=0.0,
-        setup=True,
-        doc="resolution of the encoders, ticks per turn of a wheel; 0: angles are exact",
+        default=0.0, ge=0.0, setup=True, doc="encoder ticks per turn of a wheel; 0: angles are exact"
     )
     slip: float = In(
         default=0.0,
@@ -126,16 +119,10 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         unit="m/sqrt(m)",
         doc="standard deviation of the random error of a wheel's travel after 1 m; it grows with the square root of the travel",
     )
-    velocity_window: Int = In(
-        default=10, ge=1, doc="number of executions over which the output velocities are averaged"
-    )
+    velocity_window: Int = In(default=10, ge=1, doc="number of executions to average the velocities over")
     distance_variance: float = In(default=0.0, ge=0.0, unit="m2/m", doc="variance of the distance, per metre driven")
-    heading_variance_by_distance: float = In(
-        default=0.0, ge=0.0, unit="rad2/m", doc="variance of the heading, per metre driven"
-    )
-    heading_variance_by_turn: float = In(
-        default=0.0, ge=0.0, unit="rad2/rad", doc="variance of the heading, per radian turned"
-    )
+    heading_variance_by_distance: float = In(default=0.0, ge=0.0, unit="rad2/m", doc="heading variance per metre")
+    heading_variance_by_turn: float = In(default=0.0, ge=0.0, unit="rad2/rad", doc="heading variance per radian")
     exec_out = ExecOut()
     position: Vector3d = Out(unit="m", doc="position in the frame of the pose at the first execution; z is 0")
     orientation: Quaterniond = Out(
@@ -174,9 +161,8 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         left, right, steering = len(self.left_joints), len(self.right_joints), len(self.steering_joints)
         complete = left == right == 2 if self.kinematics == "mecanum" else left and right
         if not complete or (self.kinematics == "ackermann" and steering not in (1, 2)):
-            raise ContextError(
-                f"the joints do not fit {self.kinematics} kinematics", self.kinematics, _JOINTS[self.kinematics]
-            )
+            text = f"the joints do not fit {self.kinematics} kinematics"
+            raise ContextError(text, self.kinematics, _JOINTS[self.kinematics])
         self.articulation, self.clock, self.random = context.articulation(self.prim()), context.clock, context.random()
         self.wheels = joint_numbers(self.articulation, self.left_joints + self.right_joints)
         self.steering = joint_numbers(self.articulation, self.steering_joints) if steering else []
@@ -212,9 +198,8 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
             self.check_numbers()
             with np.errstate(all="ignore"):
                 travel = self.travel_per_count()
-                forward = self.forward_kinematics(
-                    [positions[joint] * self.steering_multiplier for joint in self.steering]
-                )
+                angles = [positions[joint] * self.steering_multiplier for joint in self.steering]
+                forward = self.forward_kinematics(angles)
                 self.known = WheelGeometry(inputs, travel.tolist(), forward, self.quantization(forward * travel))
         return self.known
 
@@ -349,12 +334,9 @@ _LEAST = {
     "heading_variance_by_distance": 0.0,
     "heading_variance_by_turn": 0.0,
 }
-"""Smallest legal values of inputs, by Python name; checked at each execution, because wires may set these inputs."""
-_NUMBERS = tuple(
-    port.field
-    for port in ComputeWheelOdometry.fields.values()
-    if port.side == "inputs" and str(port.type).startswith("double")
-)
+"""A dict from inputs to their smallest legal values, which each execution checks because wires may set these inputs."""
+_FIELDS = ComputeWheelOdometry.fields.values()
+_NUMBERS = tuple(port.field for port in _FIELDS if port.side == "inputs" and str(port.type).startswith("double"))
 _INPUTS = operator.attrgetter(*_NUMBERS, "velocity_window")
 
 

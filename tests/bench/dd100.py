@@ -165,7 +165,7 @@ def _record(session: SessionCore, simulated: float) -> Recorded:
     original = LivePublisher.publish
 
     def publish(self: LivePublisher, message: Any) -> None:
-        recorded.append((session.clock.frame, self._writer, message))
+        recorded.append((session.clock.frame, self._end, message))
         original(self, message)
 
     LivePublisher.publish = publish  # type: ignore[method-assign]

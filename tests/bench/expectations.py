@@ -1,23 +1,19 @@
-"""What ten expectations cost a tick of a scene: sessions with and without them, in turns of half a second in one process.
+"""What ten expectations cost a tick of a scene with dd100: sessions with and without them, in turns of half a second.
 
-`python tests/bench/expectations.py [ROUNDS] [RAYS]` prints the milliseconds a tick, and the median of the ratios of neighbouring
-turns. All sessions drive, and have a subscription of the scan, as other programs would; a second session without expectations
-shows how far chance goes. Nothing is asserted.
+`python tests/bench/expectations.py [ROUNDS] [RAYS] [SCENE]` prints the milliseconds a tick, and the median of the ratios of
+neighbouring turns. All sessions drive, and have a subscription of the scan, as other programs would; a second session without
+expectations shows how far chance goes. Nothing is asserted.
 """
 
 from __future__ import annotations
 
-import itertools
-import statistics
 import sys
-import time
 from contextlib import ExitStack
 from typing import Any
 
 import graphengine as ge
+from tests.bench.turns import compare
 
-TICKS = 30
-"""Ticks of a turn."""
 ODOM, SCAN = "/dd100_0000/odom", "/dd100_0000/sim_lidar/scan"
 EXPECTATIONS = (
     ge.always("tilt('dd100') < 0.5"),
@@ -33,28 +29,21 @@ EXPECTATIONS = (
 )
 
 
-def main(rounds: int, rays: Any) -> None:
+def main(rounds: int, rays: Any, scene: str) -> None:
     """Run and print."""
-    times: dict[str, list[float]] = {name: [] for name in ("without", "again", "with")}
     with ExitStack() as stack:
-        sessions = {name: stack.enter_context(ge.load("dd100_warehouse", rays=rays).session()) for name in times}
-        for session in sessions.values():
+        sides = {}
+        for name in ("without expectations", "again", "with"):
+            session = stack.enter_context(ge.load(scene, rays=rays).session())
             session.subscribe(SCAN, keep=1)
             session.subscribe(ODOM, keep=1)
             session.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.3}, "angular": {"z": 0.5}}, every=0.1)
-        checks = sessions["with"].expect(*EXPECTATIONS)
-        for turn in range(rounds + 2):
-            for name, session in itertools.islice(itertools.cycle(sessions.items()), turn % 3, turn % 3 + 3):
-                start = time.process_time()
-                session.run(TICKS / 60.0)
-                times[name].append((time.process_time() - start) / TICKS * 1e3)
+            checks = session.expect(*EXPECTATIONS) if name == "with" else ()
+            sides[name] = lambda ticks, run=session.run: run(ticks / 60.0)
+        compare(scene, sides, rounds)
         assert {check.outcome for check in checks} == {"open"}, [check.report() for check in checks]
-    base = times["without"][2:]
-    print(f"dd100_warehouse: {statistics.median(base):.3f} ms a tick without expectations")
-    for name in ("again", "with"):
-        ratio = statistics.median(one / other for one, other in zip(times[name][2:], base, strict=True))
-        print(f"{name:8}{statistics.median(times[name][2:]):.3f} ms a tick, {100 * (ratio - 1):+.1f} %")
 
 
 if __name__ == "__main__":
-    main(int((sys.argv[1:2] or ["60"])[0]), (sys.argv[2:3] or ["auto"])[0])
+    given = [*sys.argv[1:], *("60", "auto", "dd100_warehouse")[len(sys.argv) - 1 :]]
+    main(int(given[0]), given[1], given[2])

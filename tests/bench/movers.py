@@ -6,18 +6,13 @@ neighbouring turns; a second pair of scenes without movers shows how far chance 
 
 from __future__ import annotations
 
-import itertools
-import statistics
 import sys
-import time
 from contextlib import ExitStack
-from pathlib import Path
 
 from graphengine.format.files import find_file
 from tests.bench.record import Side
+from tests.bench.turns import compare
 
-TICKS = 30
-"""Ticks of a turn."""
 MOVERS = """
 movers:
   one: {shape: person, path: [[-1.5, 3], [-1.5, 9]], speed: 1.2, loop: true}
@@ -34,20 +29,8 @@ def main(scene: str, rounds: int) -> None:
     with ExitStack() as stack:
         crowded.write_text(path.read_text(encoding="utf-8") + MOVERS, encoding="utf-8")
         stack.callback(crowded.unlink)
-        sides = {
-            name: Side(str(file), None, stack) for name, file in (("without", path), ("again", path), ("with", crowded))
-        }
-        times: dict[str, list[float]] = {name: [] for name in sides}
-        for turn in range(rounds + 2):
-            for name, side in itertools.islice(itertools.cycle(sides.items()), turn % 3, turn % 3 + 3):
-                start = time.process_time()
-                side.run(TICKS)
-                times[name].append((time.process_time() - start) / TICKS * 1e3)
-    base = times["without"][2:]
-    print(f"{Path(scene).stem}: {statistics.median(base):.3f} ms a tick without movers")
-    for name in ("again", "with"):
-        ratio = statistics.median(one / other for one, other in zip(times[name][2:], base, strict=True))
-        print(f"{name:8}{statistics.median(times[name][2:]):.3f} ms a tick, {100 * (ratio - 1):+.1f} %")
+        files = {"without movers": path, "again": path, "with": crowded}
+        compare(path.stem, {name: Side(str(file), None, stack).run for name, file in files.items()}, rounds)
 
 
 if __name__ == "__main__":

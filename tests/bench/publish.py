@@ -34,8 +34,8 @@ from graphengine.nodes.ros2.transforms import ROS2PublishRawTransformTree
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions, Transport
-from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
+from graphengine.ros.transports.rcl.installation import missing
 from graphengine.ros.transports.rcl.rcl import RclTransport
 from graphengine.ros.transports.rcl.rcl_profiles import ros_class
 
@@ -159,7 +159,7 @@ def keep_to(core: int) -> None:
 
 def join(name: str) -> Transport:
     """What the reader reads with: rclpy where it is installed."""
-    return DdsTransport(JoinOptions(DOMAIN, name)) if rcl.missing() else RclTransport(JoinOptions(DOMAIN, name))
+    return DdsTransport(JoinOptions(DOMAIN, name)) if missing() else RclTransport(JoinOptions(DOMAIN, name))
 
 
 def read_everything(topics: Sequence[str]) -> None:
@@ -198,7 +198,7 @@ def reading(how: str, topics: Sequence[str], matched: Callable[[], bool]) -> Ite
 def compare(turns: int) -> None:
     """The ways in turns, without a reader and with one."""
     network = LiveNetwork(lambda _: DdsTransport(JoinOptions(DOMAIN, "ours")), DOMAIN.id, print)
-    theirs = None if rcl.missing() else RclTransport(JoinOptions(DOMAIN, "theirs"))
+    theirs = None if missing() else RclTransport(JoinOptions(DOMAIN, "theirs"))
     keep_to(0)
     print(
         f"us of processor and clock for a message, medians of {turns}; {theirs.description if theirs else 'no rclpy'}"
@@ -242,7 +242,7 @@ def ways(
         "message": made_beforehand,
         "rosbags": lambda: writer.write(bytes(store.serialize_cdr(message, kind))),
     }
-    ends = [node.publisher._writer, publisher._writer, writer]
+    ends = [node.publisher._end, publisher._end, writer]
     if theirs is not None:
         from rclpy.serialization import deserialize_message
 

@@ -67,7 +67,7 @@ class Peer:
         self.writers = []
         for topic, kind in (entry.split("=") for entry in topics):
             if kind == TWIST:
-                self.writers.append(transport.writer(topic, kind, QoS()))
+                self.writers.append((topic, transport.writer(topic, kind, QoS())))
             else:
                 qos = LATCHED if topic.endswith("static") else QoS()
                 transport.reader(topic, kind, qos, partial(self._take, topic))
@@ -77,9 +77,9 @@ class Peer:
 
     def drive(self) -> None:
         """One command to each robot."""
-        for writer in self.writers:
+        for topic, writer in self.writers:
             writer.write(CIRCLE)
-            self.sent[writer.topic] += 1  # type: ignore[attr-defined]
+            self.sent[topic] += 1
 
 
 class Neighbour(Peer):
@@ -120,7 +120,7 @@ def be_a_stranger(domain: Domain, topics: Sequence[str]) -> None:
     peer, reading = Peer(transport, topics), threading.Thread(target=sys.stdin.read, daemon=True)
     print("ready", flush=True)
     reading.start()
-    while not all(writer.matched for writer in peer.writers):
+    while not all(writer.matched for _, writer in peer.writers):
         time.sleep(0.05)
     time.sleep(1.0)
     while reading.is_alive():

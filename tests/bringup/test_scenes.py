@@ -36,7 +36,7 @@ def test_an_occupancy_map_is_an_array_and_the_files_that_graphrun_map_writes(sce
         ({"convention": "isac"}, "convention: unknown value 'isac'; legal: ros, isaac"),
     ],
 )
-def test_a_map_that_makes_no_sense_is_refused(scene: ge.Scene, arguments: dict[str, Any], words: str) -> None:
+def test_illegal_map_arguments_are_refused(scene: ge.Scene, arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ge.UsageError) as caught:
         bringup.occupancy_map(scene, **arguments)
     assert words in str(caught.value)

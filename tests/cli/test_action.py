@@ -60,7 +60,7 @@ def test_list_names_actions_and_their_types(action: Graphrun, server: ActionServ
     assert action("list", "-c", code=0, err="").out == "1\n"
 
 
-def test_where_nobody_is_list_says_where_it_looked(action: Graphrun, domain_id: int) -> None:
+def test_an_empty_list_names_the_searched_domain(action: Graphrun, domain_id: int) -> None:
     assert action("list", code=0, out="").err.startswith("no actions on domain ")
 
 
@@ -76,7 +76,7 @@ def test_info_of_an_unknown_action_suggests_another(action: Graphrun, server: Ac
 
 
 @pytest.mark.parametrize(("status", "word", "code"), [(SUCCEEDED, "SUCCEEDED", 0), (ABORTED, "ABORTED", 1)])
-def test_send_goal_prints_what_becomes_of_the_goal(
+def test_send_goal_prints_acceptance_feedback_and_result(
     action: Graphrun, server: ActionServerPeer, status: int, word: str, code: int
 ) -> None:
     with answering(server, status=status):
@@ -94,13 +94,13 @@ def test_send_goal_prints_what_becomes_of_the_goal(
     )
 
 
-def test_send_goal_says_that_a_goal_was_rejected(action: Graphrun, server: ActionServerPeer) -> None:
+def test_send_goal_reports_a_rejected_goal(action: Graphrun, server: ActionServerPeer) -> None:
     with answering(server, accepted=False):
         result = action("send_goal", "/fibonacci", FIBONACCI, code=1, err="")
     assert result.lines[-1] == "Goal was rejected."
 
 
-def test_send_goal_refuses_what_is_no_goal(action: Graphrun, server: ActionServerPeer) -> None:
+def test_send_goal_refuses_an_illegal_goal(action: Graphrun, server: ActionServerPeer) -> None:
     assert "did you mean 'order'?" in action("send_goal", "/fibonacci", FIBONACCI, "{ordr: 3}", code=1, out="").err
     assert "did you mean 'Fibonacci'?" in action("send_goal", "/a", "example_interfaces/Fibonaci", code=1, out="").err
     assert server.goals == []

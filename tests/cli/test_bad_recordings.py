@@ -26,14 +26,16 @@ from tests.recording.harness import CLOCK, NOISY_ROBOT, NOISY_SCENE, put, record
     ],
     ids=["empty", "text", "magic", "rubbish"],
 )
-def test_a_file_that_is_no_recording_is_told(graphrun: Graphrun, tmp_path: Path, content: bytes, expected: str) -> None:
+def test_a_file_that_is_no_recording_is_refused(
+    graphrun: Graphrun, tmp_path: Path, content: bytes, expected: str
+) -> None:
     path = tmp_path / "out.mcap"
     path.write_bytes(content)
     result = graphrun("replay", str(path), code=2, out="")
     assert result.err.startswith(f"graphrun replay: {path}: {expected}")
 
 
-def test_a_file_that_is_not_there_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_missing_file_is_refused(graphrun: Graphrun, tmp_path: Path) -> None:
     result = graphrun("replay", str(tmp_path / "out.mcap"))
     assert (result.code, result.err) == (
         2,
@@ -42,7 +44,7 @@ def test_a_file_that_is_not_there_is_told(graphrun: Graphrun, tmp_path: Path) ->
     assert graphrun("replay", str(tmp_path)).err == f"graphrun replay: {tmp_path}: a folder, not a file\n"
 
 
-def test_a_bag_of_another_program_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_bag_of_another_program_is_refused(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "bag.mcap"
     writer = Writer(str(path), compression=CompressionType.NONE)
     writer.start("ros2")
@@ -54,7 +56,7 @@ def test_a_bag_of_another_program_is_told(graphrun: Graphrun, tmp_path: Path) ->
     assert "not a recording made by `graphrun run --record`" in result.err
 
 
-def test_a_chunk_with_a_byte_that_changed_is_told(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
+def test_a_changed_byte_in_a_chunk_is_reported(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
     record(tmp_path / "out.mcap", 3, clock)
     plain = rewritten(tmp_path / "out.mcap", compression=CompressionType.NONE).read_bytes()
     at = plain.rindex(messages.encode(messages.Clock(messages.Time(0, 50_000_000))))
@@ -66,7 +68,7 @@ def test_a_chunk_with_a_byte_that_changed_is_told(graphrun: Graphrun, clock: Pat
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_no_damage_leads_to_a_traceback(clock_recording: bytes, tmp_path: Path, data: st.DataObject) -> None:
+def test_a_damaged_recording_shows_no_traceback(clock_recording: bytes, tmp_path: Path, data: st.DataObject) -> None:
     at = data.draw(st.integers(0, len(clock_recording) - 1))
     changed = bytearray(clock_recording)
     if data.draw(st.booleans()):
@@ -110,7 +112,7 @@ def clock_recording(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     ],
     ids=str,
 )
-def test_what_a_stranger_wrote_into_it_is_told(
+def test_illegal_values_in_a_recording_are_reported(
     graphrun: Graphrun, clock: Path, tmp_path: Path, change: dict[str, object], expected: str
 ) -> None:
     record(tmp_path / "out.mcap", 3, clock)

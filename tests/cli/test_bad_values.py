@@ -31,7 +31,7 @@ def metadata(path: str) -> dict[str, str]:
         return {key: value for item in make_reader(file).iter_metadata() for key, value in item.metadata.items()}
 
 
-def test_a_bad_value_is_dropped_warned_of_and_summed_up(graphrun: Graphrun, divides: str) -> None:
+def test_a_bad_value_is_dropped_with_a_warning_and_counted_in_the_summary(graphrun: Graphrun, divides: str) -> None:
     result = graphrun("run", divides, *MEMORY, "--for", "1s", "--record", "out.mcap", code=0)
     warning = "warning: /World/divides/Ratio: b must be other than 0, it is 0.0; dropped at tick 5\n  divides.yaml:5:3:"
     assert result.err.count(warning) == 1
@@ -42,7 +42,7 @@ def test_a_bad_value_is_dropped_warned_of_and_summed_up(graphrun: Graphrun, divi
     assert graphrun("replay", "out.mcap").out.startswith("identical: 60 messages in 60 ticks")
 
 
-def test_a_bad_value_ends_the_run_where_it_is_to(graphrun: Graphrun, divides: str) -> None:
+def test_a_bad_value_ends_the_run_with_the_option_stop(graphrun: Graphrun, divides: str) -> None:
     result = graphrun("run", divides, *MEMORY, "--for", "1s", "--record", "out.mcap", "--bad-values", "stop", code=1)
     assert "error: divides.yaml:5:3: node Ratio (omni.graph.nodes.Divide) raised BadValueError: b must be" in result.err
     assert json.loads(metadata("out.mcap")["bad_values"]) == "stop"
@@ -89,7 +89,7 @@ def test_a_value_that_was_set_and_dropped_is_dropped_in_a_replay(graphrun: Graph
     assert graphrun("replay", str(path)).out.startswith("identical: ")
 
 
-def test_ctl_state_shows_what_was_dropped(graphrun: Graphrun, divides: str, tmp_path: Path) -> None:
+def test_ctl_state_shows_dropped_values(graphrun: Graphrun, divides: str, tmp_path: Path) -> None:
     with live("run", divides, *MEMORY, "--rate", "1", cwd=tmp_path) as run:
         assert run.hear(lambda line: "dropped at tick 5" in line)
         shown = graphrun("ctl", "state")

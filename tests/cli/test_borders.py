@@ -112,7 +112,7 @@ def test_the_abi_version_decides_which_restrictions_apply(column: str) -> None:
     assert line == f"confinement: Landlock: {there['Landlock']}, seccomp: {there['seccomp']}"
 
 
-def test_a_script_of_literals_needs_no_border(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_script_of_literals_is_read_without_a_sandbox(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(files)
     (files / "script.py").write_text(
         'import omni.graph.core as og\nog.Controller.edit("/g", {"create_nodes": [("T", "omni.graph.action.OnTick")]})\n'

@@ -46,7 +46,7 @@ def test_a_graph_that_ships_checks_without_an_error_alone_and_in_a_scene(graphru
         assert graphrun("check", name, "--scene", "tutorial/navigation").code == 0
 
 
-def test_all_that_ships_checks_at_once(graphrun: Graphrun) -> None:
+def test_all_shipped_files_pass_one_check(graphrun: Graphrun) -> None:
     result = graphrun("check", *SCENES, *GRAPHS, code=0)
     assert result.lines[-1].startswith(f"{len(SCENES) + len(GRAPHS)} files, ")
     assert result.lines[-1].endswith(": 0 errors, 3 warnings")  # each once: W201, and W203 with and without a namespace
@@ -64,7 +64,7 @@ def test_notes_are_no_errors_when_strict(graphrun: Graphrun) -> None:
     assert " note N" in result.out
 
 
-def test_every_mistake_is_told_at_its_place_on_the_standard_output(graphrun: Graphrun, broken: str) -> None:
+def test_every_error_is_printed_with_its_span_on_standard_output(graphrun: Graphrun, broken: str) -> None:
     result = graphrun("check", broken, code=1, err="")
     assert [line for line in result.lines if " error " in line] == [
         "broken.yaml:8:14: error G204: ROS2PublishClock has no input 'topicname'",
@@ -90,7 +90,7 @@ def test_json_of_files_without_a_finding_is_an_empty_list(graphrun: Graphrun, pr
     assert json.loads(graphrun("check", "mine.yaml", "--format", "json").out) == []
 
 
-def test_findings_of_several_files_come_together_each_once(
+def test_findings_of_several_files_are_merged_without_repetition(
     graphrun: Graphrun, project: Path, warned: str, broken: str
 ) -> None:
     result = graphrun("check", "mine.yaml", warned, broken, broken, "--format", "json", code=1)
@@ -99,19 +99,19 @@ def test_findings_of_several_files_come_together_each_once(
     assert len(paths) == len({(f["path"], f["line"], f["code"], f["message"]) for f in json.loads(result.out)})
 
 
-def test_a_file_that_is_not_there_is_a_mistake_of_the_command_line(graphrun: Graphrun, broken: str) -> None:
+def test_a_missing_file_is_a_usage_error(graphrun: Graphrun, broken: str) -> None:
     result = graphrun("check", broken, "dd100_warehose", code=2, out="")
     assert result.err == "graphrun check: no file 'dd100_warehose'\n  did you mean 'dd100_warehouse'?\n"
 
 
 @pytest.mark.parametrize(("name", "near"), [("mine.yml", "mine.yaml"), ("./mien.yaml", "./mine.yaml")])
-def test_a_file_with_a_like_name_in_the_same_folder_is_meant(
+def test_a_misspelt_file_name_gets_a_suggestion_from_the_same_folder(
     graphrun: Graphrun, project: Path, name: str, near: str
 ) -> None:
     assert graphrun("check", name).err == f"graphrun check: no file {name!r}\n  did you mean {near!r}?\n"
 
 
-def test_where_no_name_is_near_all_that_ships_is_listed(graphrun: Graphrun) -> None:
+def test_a_name_without_similar_names_gets_a_list_of_shipped_files(graphrun: Graphrun) -> None:
     first, scenes, graphs = graphrun("check", "xyzzy").err.splitlines()
     assert first == "graphrun check: no file 'xyzzy'"
     assert scenes.startswith("  scenes that ship: ")

@@ -123,7 +123,7 @@ def test_bash_completes_the_topics_of_the_run(bash: Complete, run: None) -> None
 
 
 @needs("bash")
-def test_without_a_run_there_are_no_topics_and_no_error(
+def test_completion_without_a_run_offers_no_topics(
     bash: Complete, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
@@ -203,7 +203,7 @@ def test_fish_completes(folder: Path) -> None:
     assert complete("graphrun nodes OnPlayb") == ["OnPlaybackTick"]
 
 
-def test_a_shell_that_is_not_known_is_told_with_those_that_are(graphrun: Graphrun) -> None:
+def test_an_unknown_shell_is_refused_with_the_known_shells(graphrun: Graphrun) -> None:
     result = graphrun("completion", "bsh", code=2, out="")
     assert "did you mean 'bash'?" in result.err
 

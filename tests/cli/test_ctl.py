@@ -72,7 +72,7 @@ def test_the_options_stand_before_or_after_the_command(command: str, options: st
 # A run in another process
 
 
-def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
+def test_ctl_pauses_steps_and_plays_a_run(ctl: Graphrun) -> None:
     with paused("dd100_flat", "--rate", "realtime", *MEMORY) as run:
         name = f"dd100_flat (process {run.process.pid})"
         assert ctl("state").lines == [
@@ -116,7 +116,7 @@ def test_a_run_goes_back_to_a_checkpoint(ctl: Graphrun) -> None:
         ctl("restore", "after", refused="no checkpoint 'after'")
 
 
-def test_robots_come_and_go_and_are_moved(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_robots_are_spawned_moved_and_deleted(ctl: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "cube.urdf").write_text(CUBE, encoding="utf-8")
     (tmp_path / "cube.yaml").write_text("robot: cube\nurdf: cube.urdf\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -165,6 +165,7 @@ def test_spawning_into_an_object_warns_and_moving_into_one_is_refused(graphrun: 
         assert into_ground.startswith("warning: late is 0.0")
         assert " m deep in floor: physics pushes them apart at once" in into_ground
         assert done.lines[-1].endswith("spawned")
+        assert graphrun("ctl", "why", "late", code=0).lines[0] == "no tick has run yet: the simulation is paused"
         assert graphrun("ctl", "clearance", "late", "0.2,0", code=0).lines == ["dd100  overlaps"]
         assert graphrun("ctl", "clearance", "late", "5,0", code=0).lines == ["nothing stands there"]
         refused = graphrun("ctl", "move", "late", "0.2", "0", "0.03")
@@ -213,7 +214,7 @@ def test_a_run_over_dds_is_asked_in_the_same_way(ctl: Graphrun, domain_id: int) 
 # Which run
 
 
-def test_where_nothing_runs_that_is_said(ctl: Graphrun) -> None:
+def test_ctl_without_a_run_is_refused(ctl: Graphrun) -> None:
     ctl("state", refused="error: no run to control")
 
 
@@ -229,7 +230,7 @@ def test_one_of_several_runs_is_chosen_by_name(ctl: Graphrun, graphrun: Graphrun
         assert ctl("state", "--run", str(other.process.pid)).out.startswith("dd100_flat ")
 
 
-def test_a_run_that_was_killed_is_forgotten_by_who_looks_next(ctl: Graphrun, runtime: Path, project: Path) -> None:
+def test_the_entry_of_a_killed_run_is_removed_at_the_next_lookup(ctl: Graphrun, runtime: Path, project: Path) -> None:
     with paused("mine.yaml", *MEMORY, cwd=project) as run:
         run.stop(signal.SIGKILL)
     assert [path.name for path in runtime.iterdir()] == [f"mine.{run.process.pid}"]
@@ -244,7 +245,9 @@ def test_a_run_can_be_closed_to_others(ctl: Graphrun, project: Path) -> None:
         assert run.stop(signal.SIGINT) == 0
 
 
-def test_a_run_goes_on_where_it_cannot_be_reached(graphrun: Graphrun, project: Path, runtime: Path) -> None:
+def test_a_run_without_a_control_channel_continues_with_a_warning(
+    graphrun: Graphrun, project: Path, runtime: Path
+) -> None:
     runtime.write_bytes(b"in the way")
     result = graphrun("run", "mine.yaml", "--for", "1", *MEMORY, code=0)
     assert result.err.startswith(f"warning: graphrun ctl cannot reach this run: {runtime}: must be a folder")
@@ -295,9 +298,9 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["rate", "0"], "is not a rate; write realtime, max or a factor"),
         (["rate", "nan"], "is not a rate"),
         (["rate", "-1"], "'-1' is not a rate"),
-        (["step", "x"], "'x' is not a whole number"),
-        (["move", "a", "x", "1"], "'x' is not a number"),
-        (["move", "a", "inf", "1"], "'inf' is not a number"),
+        (["step", "x"], "'x': write a whole number"),
+        (["move", "a", "x", "1"], "'x': write a number"),
+        (["move", "a", "inf", "1"], "'inf': write a number"),
         (["move", "a", "1", "2", "--yaw", "90grad"], "'90grad' is not an angle; write"),
         (["move", "a", "1", "2", "--yaw", "1", "--rpy", "0,0,1"], "not allowed with"),
         (["spawn", "a", "b.yaml", "--at", "-1"], "'-1': write 2 or 3 numbers separated by commas"),
@@ -307,7 +310,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["push", "a", "--force", "1,2,3", "--for", "soon"], "'soon' is not a time"),
         (["push", "a", "--force", "1,2,3", "--for", "-2ms"], "'-2ms' is not a time"),
         (["command", "a", "--velocities", "5"], "'5' is not a target; write JOINT=NUMBER"),
-        (["command", "a", "--velocities", "b=fast"], "'fast' is not a number"),
+        (["command", "a", "--velocities", "b=fast"], "'fast': write a number"),
         (["reset", "--scope", "world"], "invalid choice"),
         (["fly"], "no command 'fly'"),
         ([], "COMMAND is missing"),
@@ -354,6 +357,7 @@ def test_an_invalid_command_line_is_reported(graphrun: Graphrun, words: list[str
         (["move", "a", "-1", "-2e-1"], {"entity": "a", "position": [-1.0, -0.2]}),
         (["move", "a", "--angular", "-.5,0,0"], {"entity": "a", "angular": (-0.5, 0.0, 0.0)}),
         (["move", "a", "1", "2", "--odometry-jumps"], {"entity": "a", "position": [1.0, 2.0], "odometry": "jumps"}),
+        (["why", "a"], {"robot": "a"}),
         (["clearance", "a", "1,2"], {"entity": "a", "position": (1.0, 2.0), "margin": 0.0}),
         (
             ["move", "a", "1", "2", "3", "--quaternion", "0,0,1,0"],

@@ -17,7 +17,7 @@ MEMORY = ("--no-view", "--transport", "memory")
 TRIED = [shlex.split(line)[1:] for line in INTRODUCTION.splitlines() if line.startswith("  graphrun ")]
 
 
-def test_it_says_what_to_try_and_runs_the_scene(graphrun: Graphrun) -> None:
+def test_the_demo_prints_commands_to_try_and_runs_the_scene(graphrun: Graphrun) -> None:
     said = graphrun("demo", "--for", "1s", *MEMORY, code=0, out="").err.splitlines()
     assert said[0].startswith("A Dingo robot drives through a warehouse")
     assert max(map(len, said[:10])) <= 80
@@ -27,7 +27,9 @@ def test_it_says_what_to_try_and_runs_the_scene(graphrun: Graphrun) -> None:
     assert said[-1].startswith("60 ticks, 1.000 s of simulation")
 
 
-def test_the_folder_it_is_started_in_makes_no_difference(graphrun: Graphrun, project: Path) -> None:
+def test_a_file_called_demo_in_the_working_directory_does_not_change_the_demo(
+    graphrun: Graphrun, project: Path
+) -> None:
     (project / "demo").write_text("a file of the user's")
     said = graphrun("demo", "--for", "100ms", *MEMORY, code=0).err
     (graph,) = re.findall(r"  cp (.*) \.", said)
@@ -40,7 +42,7 @@ def test_a_copy_of_its_graph_runs_in_the_same_scene(graphrun: Graphrun, project:
     assert "round.yaml: 60 Hz" in graphrun("run", "round.yaml", "--for", "1s", *MEMORY[1:], code=0).err
 
 
-def test_what_it_says_to_try_works_and_ctrl_c_ends_it(tmp_path: Path) -> None:
+def test_the_commands_of_the_demo_work_and_ctrl_c_ends_it(tmp_path: Path) -> None:
     assert [words[0] for words in TRIED] == ["teleop", "topic", "ctl", "ctl", "run"]
     own = {"XDG_RUNTIME_DIR": str(tmp_path)}
     with live("demo", *MEMORY, env=own) as run:
@@ -55,7 +57,7 @@ def test_what_it_says_to_try_works_and_ctrl_c_ends_it(tmp_path: Path) -> None:
         assert "s of simulation" in run.said
 
 
-def test_the_topics_it_names_are_those_of_the_scene(graphrun: Graphrun) -> None:
+def test_the_demo_names_topics_of_its_scene(graphrun: Graphrun) -> None:
     (topic,) = [words[-1] for words in TRIED if words[0] == "topic"]
     assert topic in graphrun("topics", "demo", code=0).out
     assert "/dd100_0000/cmd_vel" in graphrun("topics", "demo", code=0).out
@@ -66,7 +68,7 @@ def test_other_options_of_a_run_are_options_of_run(graphrun: Graphrun) -> None:
     assert "`graphrun run demo`" in graphrun("demo", "--help", code=0).out
 
 
-def test_it_opens_the_page_of_its_run() -> None:
+def test_the_demo_serves_a_page() -> None:
     pytest.importorskip("viser", reason="the extra view is not installed")
     with live("demo", *MEMORY[1:]) as run:
         assert run.hear(lambda said: re.search(r"see it: http://127\.0\.0\.1:\d+/#token=\S+\n", said) is not None)

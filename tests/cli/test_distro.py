@@ -32,7 +32,7 @@ def test_a_check_knows_the_types_of_the_distribution(graphrun: Graphrun, steered
     assert "no message type 'geometry_msgs/msg/Pose2D'" in graphrun("check", steered, "--distro", "lyrical", code=1).out
 
 
-def test_a_sourced_ros_chooses_unless_a_distribution_is_given(
+def test_a_sourced_ros_selects_the_distribution_unless_an_option_does(
     graphrun: Graphrun, steered: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_DISTRO", "lyrical")

@@ -60,7 +60,7 @@ def test_every_check_is_in_the_json_output_and_problems_set_the_exit_code(tmp_pa
         assert any("apt-get install libegl1" in line for line in checks["opengl"]["remedy"])
 
 
-def test_people_get_lines_that_fit_a_terminal(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_prints_lines_of_at_most_80_characters(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "CHECKS", {name: CHECKS[name] for name in ("versions", "sandbox", "domain", "ports")})
     monkeypatch.setattr(borders, "BORDERS", {"Landlock": (lambda: False, "")})
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNETS")
@@ -84,7 +84,7 @@ def test_the_help_has_the_keys_and_names_of_the_output(graphrun: Graphrun) -> No
     assert all(re.search(rf"\b{word}\b", text) for word in (*KEYS, *CHECKS, "version", "problems", "checks"))
 
 
-def test_a_check_that_fails_is_a_problem_and_the_others_go_on(
+def test_an_exception_in_a_check_is_a_problem_and_the_next_checks_run(
     graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "numpy", None)
@@ -144,7 +144,7 @@ def test_the_recommended_buffer_is_the_one_in_the_reference() -> None:
 
 
 @pytest.mark.usefixtures("embedded")
-def test_without_ros_2_a_run_uses_embedded_dds_if_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_ros_2_a_run_uses_installed_embedded_dds(monkeypatch: pytest.MonkeyPatch) -> None:
     assert look("ros") == Diagnosis(
         "ok", "no ROS 2 is sourced, so runs use embedded DDS; RMW_IMPLEMENTATION is not set"
     )
@@ -178,7 +178,7 @@ def test_a_ros_2_that_is_sourced_only_in_part_is_a_note(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize(("without_dds", "state"), [(False, "ok"), (True, "note")])
-def test_the_rclpy_of_pypi_is_named_and_needed_without_embedded_dds(
+def test_rclpy_of_pypi_is_needed_without_embedded_dds(
     without_dds: bool, state: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(installation, "missing", lambda: None)
@@ -238,7 +238,7 @@ def taken(*ports: int) -> Iterator[None]:
         yield
 
 
-def test_a_port_of_discovery_that_another_program_keeps_is_a_problem(domain: int) -> None:
+def test_a_discovery_port_taken_by_another_program_is_a_problem(domain: int) -> None:
     port = 7400 + 250 * domain
     with taken(port):
         found = look("ports")

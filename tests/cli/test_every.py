@@ -28,7 +28,7 @@ def paced(project: Path) -> str:
     return "paced.yaml"
 
 
-def test_show_tells_the_pace_of_a_node_and_no_gates(graphrun: Graphrun, paced: str) -> None:
+def test_show_prints_the_rate_of_a_node_instead_of_gates(graphrun: Graphrun, paced: str) -> None:
     assert graphrun("show", paced).lines == [
         "paced  at /World/paced, every tick",
         "  Tick: omni.graph.action.OnPlaybackTick",
@@ -49,7 +49,7 @@ def test_a_schedule_has_the_gates(graphrun: Graphrun, paced: str) -> None:
     assert "    Publish                      action  when Publish.every.execOut fires" in lines
 
 
-def test_topics_tells_the_rate_behind_a_gate(graphrun: Graphrun, paced: str) -> None:
+def test_topics_lists_the_rate_behind_a_gate(graphrun: Graphrun, paced: str) -> None:
     lines = graphrun("topics", paced).lines[1:]
     assert {line.split()[0]: line.split("Clock")[1].split("reliable")[0].strip() for line in lines} == {
         "/clock": "10 Hz",
@@ -58,17 +58,17 @@ def test_topics_tells_the_rate_behind_a_gate(graphrun: Graphrun, paced: str) -> 
     }
 
 
-def test_show_tells_that_all_nodes_of_a_push_graph_run(graphrun: Graphrun, project: Path) -> None:
+def test_show_marks_push_graphs(graphrun: Graphrun, project: Path) -> None:
     (project / "push.yaml").write_text("graph: push\nevaluator: push\nnodes: {Publish: ROS2PublishClock}\n", "utf-8")
     assert graphrun("show", "push.yaml").lines[0] == "push  at /World/push, every tick, all nodes"
     assert "60 Hz" in graphrun("topics", "push.yaml").lines[1]
 
 
 @pytest.mark.parametrize("every", ["once", {"hz": 10}, {"hz": 0.5}, {"ticks": 3}, {"hz": "$(rate)"}])
-def test_the_schema_takes_a_pace(every: object) -> None:
+def test_the_schema_accepts_a_legal_rate(every: object) -> None:
     assert faults("graph", {"graph": "g", "nodes": {"A": {"type": "OnPlaybackTick", "every": every}}}) == []
 
 
 @pytest.mark.parametrize("every", ["twice", 10, {"hz": 0}, {"ticks": 0}, {"ticks": 1.5}, {"rate": 1}])
-def test_the_schema_refuses_what_is_none(every: object) -> None:
+def test_the_schema_refuses_an_illegal_rate(every: object) -> None:
     assert faults("graph", {"graph": "g", "nodes": {"A": {"type": "OnPlaybackTick", "every": every}}})

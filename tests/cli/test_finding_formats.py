@@ -70,7 +70,7 @@ def test_a_terminal_gets_no_colours_if_they_are_not_wanted(repository: Path, var
     assert "\x1b" not in running.said
 
 
-def test_without_its_colours_a_finding_is_that_of_a_pipe(repository: Path) -> None:
+def test_a_finding_without_colours_equals_the_text_in_a_pipe(repository: Path) -> None:
     forced = process("check", "warned.yaml", "broken.yaml", cwd=Path.cwd(), env={"FORCE_COLOR": "1"}).out
     plain = process("check", "warned.yaml", "broken.yaml", cwd=Path.cwd()).out
     assert re.sub(r"\x1b\[[0-9;]*m", "", forced) == plain != forced
@@ -95,7 +95,7 @@ def read(line: str) -> dict[str, Any]:
     return {"level": found[1], "message": decoded(found[3]), **values}
 
 
-def test_annotations_say_what_json_says(graphrun: Graphrun, repository: Path) -> None:
+def test_annotations_have_the_findings_of_json(graphrun: Graphrun, repository: Path) -> None:
     result = graphrun("check", "broken.yaml", "warned.yaml", "--format", "github", code=1, err="")
     *lines, summary = result.lines
     records = json.loads(graphrun("check", "broken.yaml", "warned.yaml", "--format", "json").out)

@@ -53,7 +53,7 @@ def run_of(graphrun: Graphrun, source: str, *more: str, name: str = "bot.urdf") 
     return [line.partition(": ")[2] for line in lines if line.startswith("in a run of 2 s: ")]
 
 
-def test_a_robot_that_stays_as_it_starts_is_not_mentioned(graphrun: Graphrun) -> None:
+def test_a_robot_at_rest_is_not_reported(graphrun: Graphrun) -> None:
     assert run_of(graphrun, description(DIFFERENTIAL)) == []
 
 
@@ -96,7 +96,7 @@ def test_joints_that_take_efforts_hang_unless_they_get_position_drives(graphrun:
     assert "FollowJointTrajectory" in Path("bot/README.md").read_text()
 
 
-def test_a_velocity_drive_that_yields_does_not_count_as_no_drive(graphrun: Graphrun) -> None:
+def test_a_joint_with_a_weak_velocity_drive_is_not_reported_as_hanging(graphrun: Graphrun) -> None:
     """1 kg at 0.5 m with 10 N m s/rad moves by about 1 rad in 2 s."""
     ball = BALL.replace("<geometry>", '<origin xyz="0.5 0 0"/><geometry>')
     text = bolted(arm(1, "plate").replace(BALL, ball), interfaces(joint_1="velocity"))
@@ -121,7 +121,7 @@ def test_a_model_of_mujoco_has_its_own_drives(graphrun: Graphrun) -> None:
     )
 
 
-def test_a_robot_that_starts_inside_the_world_is_said_to(graphrun: Graphrun) -> None:
+def test_a_robot_that_starts_inside_the_world_is_reported(graphrun: Graphrun) -> None:
     """In a cube on the table, on which the arm is mounted."""
     inside = BALL.replace("<geometry>", '<origin xyz="0.38 -0.36 -0.08"/><geometry>')
     first, *_ = run_of(graphrun, bolted(arm(3, "plate").replace(BALL, inside, 1)))

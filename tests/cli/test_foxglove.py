@@ -95,7 +95,7 @@ def test_without_the_option_a_client_reads_and_does_not_drive(graphrun: Graphrun
             assert abs(odometry.pose.pose.position.x) < 0.01
 
 
-def test_a_quiet_run_prints_the_address_too() -> None:
+def test_a_quiet_run_prints_the_address_for_foxglove() -> None:
     with live("run", "dd100_flat", "--paused", "--foxglove", "0", "--foxglove-publish", "--quiet", *MEMORY) as run:
         assert run.hear(lambda said: re.match(r"Foxglove at ws://127\.0\.0\.1:\d+/\?token=\S+\n", said) is not None)
 
@@ -131,7 +131,7 @@ def test_a_port_that_is_taken_ends_the_run_with_one_line(client: FoxgloveClient,
 
 
 @pytest.mark.parametrize("text", ["here", "99999", "host:", ":8765", "::1", "-1", "ws://host:1"])
-def test_what_is_no_address_is_refused(graphrun: Graphrun, text: str) -> None:
+def test_an_illegal_address_is_refused(graphrun: Graphrun, text: str) -> None:
     result = graphrun("run", "dd100_flat", f"--foxglove={text}", code=2)
     assert f"{text!r} is not an address; write PORT or HOST:PORT, such as 8765 or 0.0.0.0:8765" in result.err
 
@@ -148,3 +148,19 @@ def test_a_run_that_foxglove_does_not_see_does_not_import_its_sdk(project: Path)
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_values_of_ports_are_channels_of_their_own(graphrun: Graphrun) -> None:
+    channel = "/_graph/dd100/joint_states/ComputeOdom.position"
+    words = ("--foxglove", "0", "--ports", "*/ComputeOdom.*", *MEMORY)
+    with live("run", "dd100_flat", "--paused", *words) as run:
+        assert run.hear(lambda said: re.search(r"^Foxglove at \S+\n", said, re.MULTILINE) is not None)
+        (url,) = re.findall(r"^Foxglove at (ws://127\.0\.0\.1:\d+)\n", run.said, re.MULTILINE)
+        with FoxgloveClient(url) as client:
+            client.subscribe(ODOM, channel)
+            assert graphrun("ctl", "step", "30").code == 0
+            assert client.until(lambda: len(client.messages[channel]) == len(client.messages[ODOM]) == 30)
+            assert channel.replace("position", "linearVelocity") in client.channels
+            sent = messages.decode(client.messages[channel][-1], "std_msgs/msg/Float64MultiArray").data
+            position = messages.decode(client.messages[ODOM][-1], "nav_msgs/msg/Odometry").pose.pose.position
+            assert sent.tolist() == [position.x, position.y, position.z]

@@ -75,7 +75,7 @@ def test_a_key_is_held_as_long_as_it_is_repeated(terminal: Terminal) -> None:
     assert told == [("press", "W"), ("release", "W")]
 
 
-def test_a_key_that_two_share_is_held_until_both_are_let_go(terminal: Terminal) -> None:
+def test_a_key_of_two_characters_is_released_after_both(terminal: Terminal) -> None:
     session, told = listened()
     with HeldTerminalKeys() as keys:
         terminal.type("W")
@@ -91,7 +91,7 @@ def test_a_key_that_two_share_is_held_until_both_are_let_go(terminal: Terminal) 
     assert told[3:] == [("release", "LeftShift", "A")]
 
 
-def test_a_key_that_another_character_still_holds_is_not_let_go(terminal: Terminal) -> None:
+def test_a_key_of_another_held_character_is_not_released(terminal: Terminal) -> None:
     session, told = listened()
     with HeldTerminalKeys() as keys:
         terminal.type("w")
@@ -104,7 +104,7 @@ def test_a_key_that_another_character_still_holds_is_not_let_go(terminal: Termin
     assert told == [("press", "W"), ("press", "LeftShift", "W")]
 
 
-def test_what_no_key_has_a_name_for_is_left_alone(terminal: Terminal) -> None:
+def test_characters_without_a_key_name_have_no_effect(terminal: Terminal) -> None:
     session, told = listened()
     with HeldTerminalKeys() as keys:
         terminal.type("ß€\x00")
@@ -112,7 +112,7 @@ def test_what_no_key_has_a_name_for_is_left_alone(terminal: Terminal) -> None:
     assert told == []
 
 
-def test_the_terminal_is_given_back_as_it_was_and_ctrl_c_stays_what_it_is(terminal: Terminal) -> None:
+def test_the_terminal_settings_are_restored_and_ctrl_c_still_interrupts(terminal: Terminal) -> None:
     before = termios.tcgetattr(terminal.screen)
     with HeldTerminalKeys():
         during = termios.tcgetattr(terminal.screen)[3]
@@ -121,7 +121,7 @@ def test_the_terminal_is_given_back_as_it_was_and_ctrl_c_stays_what_it_is(termin
     assert termios.tcgetattr(terminal.screen) == before
 
 
-def test_without_a_terminal_there_are_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_terminal_keys_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with open(os.devnull) as nothing:
         monkeypatch.setattr(sys, "stdin", nothing)
         with pytest.raises(UsageError, match="the standard input is not one"):

@@ -194,7 +194,7 @@ ROBOT_ON_WHEELS = f"""<robot name="cart">
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>'),  # a positive speed of the wheels takes such a robot backwards
     ],
 )
-def test_a_robot_on_two_wheels_is_driven_without_further_ado(
+def test_a_robot_with_two_wheels_drives_after_the_import_without_edits(
     graphrun: Graphrun, cart: Path, old: str, new: str
 ) -> None:
     imported(graphrun, text=ROBOT_ON_WHEELS.replace(old, new), code=0)
@@ -255,13 +255,13 @@ def test_the_report_gives_the_height_of_a_robot(graphrun: Graphrun, cart: Path, 
     assert f"lowest collider at z = {lowest:.4f} m, all joints at zero" in imported(graphrun).lines
 
 
-def test_a_robot_without_wheels_gets_the_advice_to_bolt_it_down(graphrun: Graphrun, cart: Path) -> None:
+def test_the_report_on_a_robot_without_wheels_names_the_option_fixed_base(graphrun: Graphrun, cart: Path) -> None:
     lines = imported(graphrun, text=URDF.replace(WHEELS, "")).lines
     assert "base link base_link, free; --fixed-base fixes it to the world" in lines
     assert lines[-1] == "in a scene: robots: {cart: {use: robots/cart.yaml}}"
 
 
-def test_a_robot_of_xacro_gets_its_urdf_beside_its_file(graphrun: Graphrun, cart: Path) -> None:
+def test_the_urdf_of_a_xacro_robot_is_written_beside_the_robot_file(graphrun: Graphrun, cart: Path) -> None:
     result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "prefix:=front_")
     assert result.lines[0] == "wrote scenes/robots/cart.urdf, scenes/robots/cart.yaml"
     assert robot(cart)["urdf"] == "cart.urdf"
@@ -288,7 +288,7 @@ def test_arguments_of_xacro_may_stand_anywhere_on_the_command_line(graphrun: Gra
     assert "b_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
 
 
-def test_the_expanded_file_does_not_replace_the_description(graphrun: Graphrun, cart: Path) -> None:
+def test_the_expanded_urdf_does_not_overwrite_the_description(graphrun: Graphrun, cart: Path) -> None:
     source = cart / "ws/cart/urdf/robot.urdf"
     source.write_text(XACRO, encoding="utf-8")
     result = graphrun("import-robot", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force", code=2)
@@ -296,7 +296,7 @@ def test_the_expanded_file_does_not_replace_the_description(graphrun: Graphrun, 
     assert source.read_text(encoding="utf-8") == XACRO
 
 
-def test_a_robot_file_takes_the_place_of_a_link_and_names_files_from_there(graphrun: Graphrun, cart: Path) -> None:
+def test_a_robot_file_replaces_a_symbolic_link(graphrun: Graphrun, cart: Path) -> None:
     (cart / "elsewhere").mkdir()
     (cart / "elsewhere/old.yaml").write_text("mine", encoding="utf-8")
     (cart / "scenes/robots/cart.yaml").symlink_to(cart / "elsewhere/old.yaml")
@@ -308,7 +308,7 @@ def test_a_robot_file_takes_the_place_of_a_link_and_names_files_from_there(graph
 
 
 @pytest.mark.parametrize("name", ["true", "null", "nan"])
-def test_a_name_that_is_a_word_of_yaml_stays_a_name(graphrun: Graphrun, cart: Path, name: str) -> None:
+def test_a_yaml_word_is_a_legal_name_of_a_robot_file(graphrun: Graphrun, cart: Path, name: str) -> None:
     assert graphrun("import-robot", CART, "-o", f"scenes/robots/{name}.yaml").code == 0
     scene = SCENE.replace("robots/cart.yaml", f"robots/{name}.yaml")
     (cart / "scenes/cart.yaml").write_text(scene, encoding="utf-8")
@@ -322,7 +322,7 @@ def test_a_target_that_cannot_be_written_is_reported(graphrun: Graphrun, cart: P
     assert [path.name for path in (cart / "scenes/robots").iterdir()] == ["cart.yaml"]
 
 
-def test_a_fixed_base_and_packages_elsewhere(graphrun: Graphrun, cart: Path) -> None:
+def test_the_options_fixed_base_and_package_path_are_written_to_the_robot_file(graphrun: Graphrun, cart: Path) -> None:
     alone = cart / "elsewhere.urdf"
     alone.write_text(URDF.replace("../meshes", "ws/cart/meshes"), encoding="utf-8")
     assert (
@@ -394,7 +394,7 @@ def test_the_first_of_repeated_elements_counts_and_the_repetition_is_reported(gr
     assert "only the first of 2 <axis> counts: delete the other <axis>" in result.out
 
 
-def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
+def test_names_in_a_description_are_escaped_in_the_robot_file(graphrun: Graphrun, cart: Path) -> None:
     """A line break in a name does not become a line of YAML, nor does a colour steer the terminal."""
     odd = "a: {}&#10;graphs: {x: {use: /etc/passwd}}&#155;31m"
     result = imported(graphrun, text=URDF.replace('"grip_joint"', f'"{odd}"'), code=0, err="")
@@ -425,7 +425,7 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
         (("--topic", "/x", "--timeout", "0s"), "--timeout: write a time above 0 s, at most 1e+06 s"),
     ],
 )
-def test_a_command_line_that_makes_no_sense(
+def test_a_contradictory_command_line_is_refused(
     graphrun: Graphrun, cart: Path, arguments: tuple[str, ...], told: str
 ) -> None:
     result = graphrun("import-robot", *arguments, "-o", "scenes/robots/cart.yaml", code=2, out="")
@@ -433,7 +433,7 @@ def test_a_command_line_that_makes_no_sense(
 
 
 @pytest.mark.parametrize("target", ["cart.urdf", "scenes/robots/my-cart.yaml"])
-def test_a_target_that_is_no_robot_file(graphrun: Graphrun, cart: Path, target: str) -> None:
+def test_an_illegal_name_of_the_robot_file_is_refused(graphrun: Graphrun, cart: Path, target: str) -> None:
     result = graphrun("import-robot", CART, "-o", target, code=2, out="")
     assert f"-o {target}: " in result.err
 
@@ -545,7 +545,7 @@ def test_a_macro_that_cannot_be_called_writes_nothing(
     assert not list((macro / "scenes/robots").iterdir())
 
 
-def test_the_file_that_calls_a_macro_does_not_replace_the_file_of_the_macro(graphrun: Graphrun, macro: Path) -> None:
+def test_the_generated_xacro_file_does_not_overwrite_the_file_of_the_macro(graphrun: Graphrun, macro: Path) -> None:
     path = macro / "scenes/robots/cart.urdf.xacro"
     path.write_text(MACRO, encoding="utf-8")
     result = imported(graphrun, str(path), "side:=left", "--force", "--package-path", "ws", code=1)

@@ -47,13 +47,13 @@ def test_memory_that_does_not_suffice_for_opengl_is_refused_before_it_crashes(tm
 
 
 @pytest.mark.parametrize("files", [8, 16])
-def test_too_few_open_files_for_dds_are_told(files: int) -> None:
+def test_a_lack_of_file_descriptors_for_dds_is_reported(files: int) -> None:
     result = limited(f"-n {files}", *RUN, "--transport", "dds")
     assert (result.code, result.out) == (1, "")
     assert result.err.endswith("it needs 24 more open files\nraise the limit of `ulimit -n`\n")
 
 
-def test_memory_that_runs_out_in_a_verb_is_told(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lack_of_memory_in_a_verb_is_reported(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise MemoryError
 
@@ -62,7 +62,7 @@ def test_memory_that_runs_out_in_a_verb_is_told(graphrun: Graphrun, monkeypatch:
 
 
 @pytest.mark.parametrize("verb", [("check", "dd100_flat"), ("snapshot", "dd100_flat", "-o", "/nowhere/x.png")])
-def test_an_opengl_that_mujoco_does_not_know_is_told(verb: tuple[str, ...]) -> None:
+def test_an_unknown_opengl_setting_is_reported(verb: tuple[str, ...]) -> None:
     result = process(*verb, env={"MUJOCO_GL": "nonsense"}, code=2, out="")
     assert result.err.startswith(f"graphrun {verb[0]}: MUJOCO_GL=nonsense: not a value that MuJoCo knows\n  unset it")
 
@@ -97,7 +97,7 @@ def test_a_folder_in_place_of_a_scene_is_refused_with_its_scenes(
     ("verb", "kind"),
     [(verb, kind) for verb in VERBS for kind in ("pipe", "device", "folder") if (verb, kind) != ("check", "folder")],
 )
-def test_what_is_no_regular_file_is_refused_at_once(
+def test_an_irregular_file_is_refused_at_once(
     graphrun: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str, kind: str
 ) -> None:
     monkeypatch.chdir(tmp_path)

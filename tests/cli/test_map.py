@@ -166,7 +166,7 @@ def test_localizability_needs_a_robot(graphrun: Graphrun, room: Path) -> None:
     assert "the scene has no robot" in done.err
 
 
-def test_a_pgm_says_the_same(graphrun: Graphrun, room: Path) -> None:
+def test_a_pgm_map_equals_the_png_map(graphrun: Graphrun, room: Path) -> None:
     bounds = ("--bounds", "-1.2", "-1", "1", "2.2")
     assert graphrun("map", "room.yaml", "--cell", "0.1", *bounds, "--format", "pgm", "-o", "maps/floor.1").code == 0
     assert sorted(path.name for path in (room / "maps").iterdir()) == ["floor.1.pgm", "floor.1.yaml"]
@@ -254,8 +254,8 @@ def test_the_map_of_the_small_warehouse_agrees_with_nvidias_within_a_cell(graphr
         (["--z", "0.62", "0.2", "--convention", "isaac"], "z: the lower bound 0.62 is not below the upper bound 0.2"),
         (["--cell", "0"], "cell: 0 m is less than 0.0001 m"),
         (["--cell", "0", "--convention", "isaac"], "cell: 0 m is less than 0.0001 m"),
-        (["--cell", "nan", "--convention", "isaac"], "argument --cell: 'nan' is not a number"),
-        (["--z", "0.2", "inf", "--convention", "isaac"], "argument --z: 'inf' is not a number"),
+        (["--cell", "nan", "--convention", "isaac"], "argument --cell: 'nan': write a number"),
+        (["--z", "0.2", "inf", "--convention", "isaac"], "argument --z: 'inf': write a number"),
         (["--cell", "0.0002"], "10000 x 15000 cells are more than the 25000000"),
         (["--bounds", "0", "0", "-1", "1"], "bounds: the smallest x, 0, is not below the largest, -1"),
         (["--select", "/World/wals"], "/World has no child 'wals'\n  did you mean 'walls'?\n"),

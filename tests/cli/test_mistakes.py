@@ -122,7 +122,7 @@ def test_an_invalid_file_or_value_is_reported(graphrun: Graphrun, folder: Path, 
 
 
 @pytest.mark.parametrize("arguments", [["run", "open.yaml"], ["nodes", "--import", "raises"], ["check", "tag.yaml"]])
-def test_neither_is_there_a_traceback_in_a_process_of_its_own(folder: Path, arguments: list[str]) -> None:
+def test_mistakes_in_a_new_process_show_no_traceback(folder: Path, arguments: list[str]) -> None:
     result = process(*arguments, cwd=folder)
     assert result.code in (1, 2)
     assert "Traceback" not in result.out + result.err
@@ -182,9 +182,7 @@ def test_a_scene_whose_name_is_no_name_of_a_node_runs_on_the_network(graphrun: G
         (["import", "x.py", "--forse"], "did you mean '--force'?"),
     ],
 )
-def test_a_verb_or_option_that_is_mistyped_gets_a_suggestion(
-    graphrun: Graphrun, arguments: list[str], hint: str
-) -> None:
+def test_a_mistyped_verb_or_option_gets_a_suggestion(graphrun: Graphrun, arguments: list[str], hint: str) -> None:
     result = graphrun(*arguments, code=2, out="")
     assert result.err.splitlines()[-2] == f"  {hint}"
 
@@ -267,7 +265,9 @@ def test_a_usd_stage_as_a_world_or_robot_is_refused_with_the_supported_uses(
         (["snapshot", "dd100_flat", "-o", "a.png", "--page", "x"], "unrecognized arguments: --page x\n  see"),
     ],
 )
-def test_missing_things_are_named(graphrun: Graphrun, folder: Path, arguments: list[str], said: str) -> None:
+def test_missing_arguments_and_files_are_named(
+    graphrun: Graphrun, folder: Path, arguments: list[str], said: str
+) -> None:
     assert said in graphrun(*arguments, code=2, out="").err
 
 
@@ -358,7 +358,7 @@ class Raises(Node, type="steering.Raises"):
 
 
 @pytest.mark.parametrize("arguments", STEERED, ids=lambda arguments: ascii(shown(arguments)))
-def test_nothing_that_steers_a_terminal_comes_out(graphrun: Graphrun, project: Path, arguments: list[str]) -> None:
+def test_the_output_has_no_control_characters(graphrun: Graphrun, project: Path, arguments: list[str]) -> None:
     (project / f"{STEERING}.yaml").write_text((project / "mine.yaml").read_text(encoding="utf-8"), encoding="utf-8")
     (project / "steering.yaml").write_text(STEERING_GRAPH, encoding="utf-8")
     (project / "broken.yaml").write_text(f'graph: "{ESCAPED}"\n"{ESCAPED}": 1\nruns: "{ESCAPED}"\n', encoding="utf-8")
@@ -384,7 +384,7 @@ def test_ctrl_c_before_a_verb_has_begun_ends_the_program_as_later(monkeypatch: p
 
 
 @pytest.mark.parametrize("arguments", [["nodes"], ["schema", "graph"], ["check", "dd100_flat", "--format", "json"]])
-def test_a_reader_that_has_seen_enough_is_no_mistake(arguments: list[str]) -> None:
+def test_a_closed_pipe_is_no_error(arguments: list[str]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     done = subprocess.run(
@@ -410,7 +410,7 @@ def test_a_full_disk_is_reported(arguments: list[str]) -> None:
     assert (done.returncode, done.stderr) == (1, "error: No space left on device\n")
 
 
-def test_a_terminal_that_knows_few_characters_gets_the_others_by_number(project: Path) -> None:
+def test_characters_unknown_to_the_terminal_are_printed_as_numbers(project: Path) -> None:
     (project / "mine.yaml").write_text("graph: g\nnodes: {T: OnPlaybackTick}\nconnections: [T → T]\n", encoding="utf-8")
     result = process("check", "mine.yaml", cwd=project, env={"PYTHONIOENCODING": "ascii"}, code=1)
     assert "     3 | connections: [T \\u2192 T]" in result.lines
@@ -422,7 +422,7 @@ def test_a_run_needs_no_standard_error(project: Path) -> None:
     assert done.returncode == 0
 
 
-def test_a_run_whose_messages_cannot_be_written_goes_on(project: Path) -> None:
+def test_a_run_continues_if_its_output_cannot_be_written(project: Path) -> None:
     script = 'exec "$0" -m graphengine.cli run mine.yaml --for 100ms --transport memory --record out.mcap 2>/dev/full'
     done = subprocess.run(["sh", "-c", script, sys.executable], cwd=project, env=environment(), check=False)
     assert done.returncode == 0

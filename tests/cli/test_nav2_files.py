@@ -135,7 +135,7 @@ def test_existing_files_are_kept_without_force(graphrun: Graphrun, tmp_path: Pat
     graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", "--force", code=0)
 
 
-def test_a_world_without_obstacles_has_an_empty_map_and_says_so(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_world_without_obstacles_has_an_empty_map_and_a_note(graphrun: Graphrun, tmp_path: Path) -> None:
     result = graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", code=0)
     assert "note: the map is empty, 10 m around the robots" in result.err
 
@@ -152,7 +152,7 @@ def refusal(graphrun: Graphrun, base: Any, code: int = 2) -> str:
     return result.err
 
 
-def test_a_robot_without_a_lidar_gets_the_lines_to_add(graphrun: Graphrun, base: Any) -> None:
+def test_the_error_for_a_robot_without_a_lidar_has_yaml_lines_to_add(graphrun: Graphrun, base: Any) -> None:
     base.keys = ""
     base.graphs = {"base": base.graphs["base"]}
     told = refusal(graphrun, base)
@@ -172,7 +172,7 @@ def test_a_robot_with_points_only_gets_advice_on_how_to_get_a_scan(graphrun: Gra
     assert "pointcloud_to_laserscan" in told
 
 
-def test_a_robot_without_drive_and_odometry_is_refused_for_both(graphrun: Graphrun, base: Any) -> None:
+def test_a_robot_without_drive_and_odometry_is_refused_with_both_reasons(graphrun: Graphrun, base: Any) -> None:
     del base.graphs["base"]
     told = refusal(graphrun, base)
     assert "no topic takes velocities: subscribe to cmd_vel with ROS2SubscribeTwist" in told

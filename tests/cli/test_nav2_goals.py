@@ -163,14 +163,14 @@ def test_after_an_aborted_goal_the_next_is_sent_and_its_error_code_is_named(
     assert properties["recoveries"] == "2"
 
 
-def test_a_nav2_that_is_not_yet_active_is_asked_again(goals: Graphrun, nav2: Nav2) -> None:
+def test_a_goal_is_sent_again_until_nav2_is_active(goals: Graphrun, nav2: Nav2) -> None:
     server = nav2(nav2_peer.reject, nav2_peer.reject, nav2_peer.reach)
     done = goals("1 2", code=0)
     assert len(server.messages) == 3
     assert done.err.count(f"{NAMESPACE}/navigate_to_pose rejects the goal: waiting until Nav2 is active") == 1
 
 
-def test_a_nav2_that_is_never_active_ends_the_waiting(goals: Graphrun, nav2: Nav2) -> None:
+def test_the_wait_for_an_inactive_nav2_ends_after_its_limit(goals: Graphrun, nav2: Nav2) -> None:
     nav2(nav2_peer.reject)
     done = goals("1 2", "--wait", "1s", code=1)
     assert cells(done.lines[1])[1] == "rejected"
@@ -184,7 +184,7 @@ def test_a_goal_that_takes_too_long_is_canceled(goals: Graphrun, nav2: Nav2) -> 
     assert cells(done.lines[1])[-1] == "not reached within 0.5 s"
 
 
-def test_a_server_that_is_gone_ends_all(
+def test_a_lost_server_ends_all_goals(
     goals: Graphrun, nav2: Nav2, peer: DdsTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("graphengine.bringup.navigation.navigator.LOST", 0.5)
@@ -314,7 +314,7 @@ def test_a_localization_gets_the_true_pose_before_the_first_goal(
         assert localization.taken == []
 
 
-def test_a_run_that_ends_under_way_ends_the_goals(goals: Graphrun, nav2: Nav2, domain_id: int) -> None:
+def test_the_end_of_a_run_ends_all_goals(goals: Graphrun, nav2: Nav2, domain_id: int) -> None:
     with running(domain_id) as run:
 
         def end_the_run(server: Nav2Peer, goal: bytes) -> None:
@@ -337,7 +337,7 @@ def test_a_run_without_the_robot_leaves_its_true_pose_unknown(goals: Graphrun, n
         assert cells(done.lines[1])[5] == "-"
 
 
-def test_a_goal_during_which_the_run_is_reset_says_so_and_the_next_goal_begins_with_a_new_pose(
+def test_a_reset_ends_the_goal_and_the_next_goal_begins_with_a_new_initial_pose(
     goals: Graphrun, nav2: Nav2, peer: DdsTransport, domain_id: int
 ) -> None:
     localization = Localization(peer, NAMESPACE)
@@ -360,7 +360,7 @@ def test_a_goal_during_which_the_run_is_reset_says_so_and_the_next_goal_begins_w
     assert len(localization.taken) >= 2
 
 
-def test_objects_within_the_footprints_reach_at_a_goal_are_reported(
+def test_objects_within_reach_of_the_footprint_at_a_goal_are_reported(
     goals: Graphrun, nav2: Nav2, domain_id: int
 ) -> None:
     with running(domain_id), Client(find(""), PATIENCE) as control:

@@ -115,7 +115,7 @@ def test_the_robot_stands_where_the_world_has_room(graphrun: Graphrun, workspace
     assert (scene["world"], scene["robots"]["cart"]["position"]) == ("worlds/warehouse_features.xml", [-3, 6, 0.2])
 
 
-def test_a_name_that_no_robot_can_have_is_mended_or_refused(graphrun: Graphrun, workspace: Path) -> None:
+def test_an_illegal_robot_name_is_corrected_or_refused(graphrun: Graphrun, workspace: Path) -> None:
     graphrun("new", "my-cart", *FROM, code=0)
     assert Path("my-cart/robots/my_cart.yaml").is_file()
     assert "must begin with a letter" in graphrun("new", "2nd", code=2).err
@@ -143,7 +143,7 @@ def test_arguments_need_a_description(graphrun: Graphrun, workspace: Path) -> No
 
 
 @pytest.mark.parametrize("name", ["null", "true"])
-def test_a_word_of_yaml_is_a_name_like_others(graphrun: Graphrun, workspace: Path, name: str) -> None:
+def test_a_yaml_word_is_a_legal_project_name(graphrun: Graphrun, workspace: Path, name: str) -> None:
     for folder, source in ((name, FROM), (f"more/{name}", ())):
         Path(folder).parent.mkdir(exist_ok=True)
         graphrun("new", folder, *source, code=0)
@@ -202,9 +202,7 @@ def test_an_arm_stands_on_a_table_and_reaches_a_pose(graphrun: Graphrun, workspa
     assert "1 failed, 1 passed" in pytest_in("arm").stdout
 
 
-def test_an_arm_of_a_mujoco_model_reaches_a_pose_as_well_as_its_own_servos_do(
-    graphrun: Graphrun, workspace: Path
-) -> None:
+def test_an_arm_of_a_mujoco_model_reaches_a_pose_with_its_own_servos(graphrun: Graphrun, workspace: Path) -> None:
     Path("arm.xml").write_text(ARM)
     graphrun("new", "arm", "--from", "arm.xml", code=0, err="")
     done = pytest_in("arm")
@@ -237,7 +235,7 @@ def test_a_project_has_the_joints_of_its_arm_for_ros2_control(graphrun: Graphrun
 
 
 @pytest.mark.parametrize(("world", "position"), [("table", [-0.9, 0]), ("warehouse", [-3, 6])])
-def test_a_robot_that_drives_stands_beside_the_table(
+def test_a_mobile_robot_is_placed_beside_the_table(
     graphrun: Graphrun, workspace: Path, world: str, position: list[float]
 ) -> None:
     graphrun("new", "cart", *FROM, "--world", world, code=0)

@@ -57,7 +57,7 @@ def test_nodes_of_one_name_are_listed_with_a_warning(node: Graphrun, join: Join)
     assert "2 nodes have the name '/talker'" in result.err
 
 
-def test_where_nobody_is_list_says_where_it_looked(node: Graphrun, domain_id: int) -> None:
+def test_an_empty_list_names_the_searched_domain(node: Graphrun, domain_id: int) -> None:
     assert node("list", code=0, out="").err.startswith("no nodes on domain ")
 
 

@@ -34,7 +34,7 @@ TUTORIAL = {
 }
 
 
-def test_the_list_has_every_type_with_its_kind_and_what_it_does(graphrun: Graphrun) -> None:
+def test_the_list_has_kind_and_summary_of_every_type(graphrun: Graphrun) -> None:
     result = graphrun("nodes", code=0, err="")
     names = [line.split()[0] for line in result.lines]
     assert names == sorted(names)
@@ -59,7 +59,7 @@ def test_a_type_is_found_by_registered_short_and_old_name(graphrun: Graphrun, na
     assert result.lines[0] == "isaacsim.ros2.bridge.ROS2SubscribeTwist  (action)"
 
 
-def test_a_type_is_told_with_ports_units_defaults_and_what_is_ours(graphrun: Graphrun) -> None:
+def test_the_description_of_a_type_has_ports_units_defaults_and_extensions(graphrun: Graphrun) -> None:
     lines = graphrun("nodes", "SubscribeTwist").lines
     rows = [line.split() for line in lines]
     assert ["inputs"] in rows
@@ -70,7 +70,7 @@ def test_a_type_is_told_with_ports_units_defaults_and_what_is_ours(graphrun: Gra
     assert ["linearVelocity", "vectord[3]", "m/s"] in rows
 
 
-def test_where_one_of_several_inputs_is_enough_each_names_the_others(graphrun: Graphrun) -> None:
+def test_alternative_inputs_name_each_other(graphrun: Graphrun) -> None:
     said = {line.split()[0]: line for line in graphrun("nodes", "ArticulationState").lines if line.startswith("  ")}
     assert said["targetPrim"].endswith("; required unless robotPath is given")
     assert said["robotPath"].endswith("; required unless targetPrim is given")
@@ -97,13 +97,13 @@ def test_json_of_a_type_is_one_record_and_of_all_a_list(graphrun: Graphrun) -> N
         ("", "`graphrun nodes` lists every type"),
     ],
 )
-def test_an_unknown_type_is_told_with_what_is_near(graphrun: Graphrun, name: str, hint: str) -> None:
+def test_an_unknown_type_gets_suggestions(graphrun: Graphrun, name: str, hint: str) -> None:
     result = graphrun("nodes", name, code=2, out="")
     assert result.err.startswith(f"graphrun nodes: no node type {name!r}; {hint}")
 
 
 @pytest.mark.parametrize("part", ["Diff", "differential", "robots.Diff"])
-def test_a_part_that_only_one_name_has_is_enough(graphrun: Graphrun, part: str) -> None:
+def test_a_unique_part_of_a_name_finds_the_node_type(graphrun: Graphrun, part: str) -> None:
     name = "isaacsim.robot.wheeled_robots.DifferentialController"
     assert graphrun("nodes", part, code=0, err="").lines[0] == f"{name}  (action)"
 
@@ -133,7 +133,7 @@ def test_a_search_finds_names_documentation_and_ports(graphrun: Graphrun) -> Non
         (["OnTick", "--search", "tick"], "NAME describes one node type, and --search lists several"),
     ],
 )
-def test_a_search_that_finds_nothing_says_what_to_do(graphrun: Graphrun, arguments: list[str], said: str) -> None:
+def test_a_search_without_results_gets_a_suggestion(graphrun: Graphrun, arguments: list[str], said: str) -> None:
     assert said in graphrun("nodes", *arguments, code=2, out="").err
 
 
@@ -227,7 +227,7 @@ def test_a_value_of_up_to_four_numbers_is_shown_in_full(graphrun: Graphrun, proj
     assert rows(result.lines)["five"] == "double[] 5 times 0.0 float64[5]"
 
 
-def test_a_message_within_an_array_is_shown_as_the_text_that_it_is(graphrun: Graphrun, project: Path) -> None:
+def test_a_message_in_an_array_is_shown_as_text(graphrun: Graphrun, project: Path) -> None:
     (project / "my_msgs" / "msg").mkdir(parents=True)
     (project / "my_msgs" / "msg" / "Edge.msg").write_text("geometry_msgs/Point32[2] ends\n", encoding="utf-8")
     result = graphrun("nodes", "Publisher", "--message", "my_msgs/msg/Edge", "--msg-path", "my_msgs")
@@ -260,12 +260,12 @@ def test_a_message_of_a_workspace_that_was_sourced_is_shown(
     assert rows(result.lines)["number"] == "int 7 ≥ -32768 and ≤ 32767; int16"
 
 
-def test_of_a_subscriber_they_are_outputs(graphrun: Graphrun) -> None:
+def test_message_fields_are_outputs_of_a_subscriber(graphrun: Graphrun) -> None:
     record = json.loads(graphrun("nodes", "Subscriber", "--message", "std_msgs/msg/String", "--format", "json").out)
     assert [port["name"] for port in record["ports"] if port["side"] == "outputs"] == ["execOut", "data"]
 
 
-def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: Path) -> None:
+def test_a_message_of_a_users_package_is_shown(graphrun: Graphrun, project: Path) -> None:
     (project / "my_msgs" / "msg").mkdir(parents=True)
     (project / "my_msgs" / "msg" / "Tag.msg").write_text("string<=8[<=2] words\n", encoding="utf-8")
     result = graphrun("nodes", "Publisher", "--message", "my_msgs/msg/Tag", "--msg-path", "my_msgs")
@@ -294,12 +294,12 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
         ),
         (
             ["--message", "std_msgs/msg/String"],
-            "--message needs NAME, a node type that gets ports from a message type, such as ROS2Publisher",
+            "--message needs NAME, a node type with ports for a message type, such as ROS2Publisher",
         ),
         (["Publisher", "--message", "a/msg/B", "--msg-path", "x"], "--msg-path x: no such file or folder"),
     ],
 )
-def test_a_message_that_makes_no_ports_is_told(graphrun: Graphrun, arguments: list[str], message: str) -> None:
+def test_a_message_that_gives_no_ports_is_refused(graphrun: Graphrun, arguments: list[str], message: str) -> None:
     result = graphrun("nodes", *arguments, code=2, out="")
     assert message in result.err
 
@@ -334,7 +334,7 @@ def test_the_reference_has_every_type_once_with_an_anchor_that_is_its_name(graph
     assert set(re.findall(r"\]\(#([^)]+)\)", text)) == set(anchors)
 
 
-def test_the_reference_has_for_each_port_type_unit_default_and_what_is_legal(graphrun: Graphrun) -> None:
+def test_the_reference_has_type_unit_default_and_legal_values_of_each_port(graphrun: Graphrun) -> None:
     records = json.loads(graphrun("nodes", "--format", "json").out)
     text = graphrun("nodes", "--markdown").out
     sections = dict(re.findall(r'^<a id="([^"]+)"></a>\n\n### (.*?)(?=^<a |\Z)', text, re.MULTILINE | re.DOTALL))
@@ -390,7 +390,7 @@ def test_of_many_types_of_a_port_the_first_are_named_and_all_are_counted(graphru
     assert "null" not in result.out
 
 
-def test_a_few_types_of_a_port_are_all_named(graphrun: Graphrun) -> None:
+def test_up_to_four_types_of_a_port_are_all_named(graphrun: Graphrun) -> None:
     result = graphrun("nodes", "BuildString")
     assert "  a  string | token | token[]  " in result.out
     assert "all types" not in result.out
@@ -403,7 +403,7 @@ def test_a_project_may_have_a_folder_called_nodes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", [(), ("--format", "json"), ("--markdown",)])
-def test_a_package_of_nodes_that_cannot_be_imported_is_told_beside_the_list(
+def test_a_node_package_that_cannot_be_imported_is_a_warning_beside_the_list(
     graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch, form: tuple[str, ...]
 ) -> None:
     before = graphrun("nodes", *form)

@@ -57,7 +57,7 @@ def test_every_verb_prints_the_same_as_ros2_param(
     assert param("describe", NODE, LIMIT, "use_sim_time", code=0, err="").lines == [
         f"Parameter name: {LIMIT}",
         "  Type: double",
-        "  Description: largest speed of the base; 0 means no limit [m/s]",
+        "  Description: largest speed of the base; 0: no limit [m/s]",
         "  Constraints:",
         "    Additional constraints: ≥ 0",
         "Parameter name: use_sim_time",
@@ -164,5 +164,5 @@ def test_the_reason_of_a_peer_has_no_control_characters_on_a_terminal(capsys: py
     assert capsys.readouterr().err == "failed: no\N{REPLACEMENT CHARACTER}[2J\n"
 
 
-def test_where_nobody_is_list_says_where_it_looked(param: Graphrun) -> None:
+def test_an_empty_list_names_the_searched_domain(param: Graphrun) -> None:
     assert param("list", code=0, out="").err.startswith("no nodes with parameters on domain ")

@@ -34,7 +34,7 @@ def asking(project: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "asking.yaml"
 
 
-def test_without_leave_a_check_tells_which_options_a_graph_needs(graphrun: Graphrun, asking: str) -> None:
+def test_a_check_without_permissions_names_the_needed_options(graphrun: Graphrun, asking: str) -> None:
     result = graphrun("check", asking, code=1)
     assert "allow it with --env ROBOT_NAME" in result.out
     assert "dd100" not in result.out
@@ -44,12 +44,12 @@ def test_without_leave_a_check_tells_which_options_a_graph_needs(graphrun: Graph
     assert graphrun("check", asking, *ALLOWED).code == 0
 
 
-def test_with_leave_it_runs(graphrun: Graphrun, asking: str) -> None:
+def test_a_graph_with_permissions_runs(graphrun: Graphrun, asking: str) -> None:
     result = graphrun("run", asking, "--transport", "memory", "--for", "0.05", *ALLOWED, code=0)
     assert "info: /World/asking/Greet: hello, dd100" in result.err
 
 
-def test_a_recording_gives_no_leave_either(graphrun: Graphrun, asking: str) -> None:
+def test_a_recording_grants_no_permissions(graphrun: Graphrun, asking: str) -> None:
     recorded = ("--transport", "memory", "--for", "0.05", "--record", "run.mcap")
     assert graphrun("run", asking, *recorded, *ALLOWED).code == 0
     refused = graphrun("replay", "run.mcap", *ALLOWED[:2])

@@ -22,7 +22,7 @@ AT_ONCE = "from graphengine.cli import progress; progress.DELAY = 0.0; progress.
 
 
 @pytest.mark.parametrize("columns", [80, 30])
-def test_a_replay_shows_how_much_of_the_recording_it_has_read(drive: Path, tmp_path: Path, columns: int) -> None:
+def test_a_replay_shows_the_share_of_the_recording_as_progress(drive: Path, tmp_path: Path, columns: int) -> None:
     (tmp_path / "at_once.py").write_text(AT_ONCE, encoding="utf-8")
     arguments = ("replay", str(drive), "--import", "at_once")
     with live(*arguments, cwd=tmp_path, columns=columns, env=TERMINAL, out=True) as run:
@@ -38,7 +38,7 @@ def test_a_replay_shows_how_much_of_the_recording_it_has_read(drive: Path, tmp_p
 
 
 @needs_opengl
-def test_a_snapshot_of_a_later_time_shows_how_far_the_simulation_is(tmp_path: Path) -> None:
+def test_a_snapshot_of_a_later_time_shows_the_progress_of_the_simulation(tmp_path: Path) -> None:
     (tmp_path / "at_once.py").write_text(AT_ONCE, encoding="utf-8")
     run_ = ("snapshot", "dd100_flat", "--at", "5s", "--size", "64x48", "-o", "out.png", "--rays", "mujoco")
     with live(*run_, "--import", "at_once", cwd=tmp_path, columns=80, env=TERMINAL) as run:
@@ -49,7 +49,7 @@ def test_a_snapshot_of_a_later_time_shows_how_far_the_simulation_is(tmp_path: Pa
     assert shown(run.said, 10_000)[-2].startswith("out.png: ")
 
 
-def test_without_a_terminal_there_is_no_bar(drive: Path, tmp_path: Path) -> None:
+def test_without_a_terminal_no_bar_is_drawn(drive: Path, tmp_path: Path) -> None:
     (tmp_path / "at_once.py").write_text(AT_ONCE, encoding="utf-8")
     arguments = ("replay", str(drive), "--import", "at_once")
     result = process(*arguments, cwd=tmp_path, env={**TERMINAL, "FORCE_COLOR": "1"}, code=0)
@@ -73,7 +73,7 @@ def test_long_work_without_a_terminal_prints_its_share_now_and_then(
     assert set(capsys.readouterr().err.splitlines()) == {"local\ufffdizing: 25 %"}
 
 
-def test_work_that_is_soon_done_shows_nothing_and_imports_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fast_work_shows_no_bar_and_imports_no_rich(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.cli.terminal.can_overwrite", lambda: True)
     monkeypatch.setitem(sys.modules, "rich.progress", None)
     with progress("working"):

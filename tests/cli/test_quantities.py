@@ -11,12 +11,12 @@ from graphengine.cli.quantities import address, angle
 
 
 @pytest.mark.parametrize("text", ["1.5", "1.5rad", f"{math.degrees(1.5)!r}deg", " 1.5 "])
-def test_an_angle_is_in_radians_unless_it_says_degrees(text: str) -> None:
+def test_an_angle_is_in_radians_without_the_unit_deg(text: str) -> None:
     assert angle(text) == pytest.approx(1.5, rel=1e-15)
 
 
 @pytest.mark.parametrize("text", ["", "deg", "1.5 turns", "e", "1.5degrees"])
-def test_what_is_no_angle_is_refused(text: str) -> None:
+def test_an_illegal_angle_is_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError):
         angle(text)
 

@@ -35,7 +35,7 @@ ODOM, ODOMETRY = "/dd100_0000/odom", "nav_msgs/msg/Odometry"
         ("there.mcap", "already exists; --force overwrites it"),
     ],
 )
-def test_a_place_that_cannot_be_recorded_to_is_told_before_anything_runs(
+def test_an_unwritable_recording_path_is_refused_before_the_run(
     graphrun: Graphrun, project: Path, name: str, expected: str
 ) -> None:
     (project / "there.mcap").write_bytes(b"mine")
@@ -55,13 +55,13 @@ def test_a_file_with_errors_leaves_no_recording(graphrun: Graphrun, project: Pat
     assert not (project / "out.mcap").exists()
 
 
-def test_a_run_without_a_tick_is_the_same(graphrun: Graphrun, project: Path) -> None:
+def test_a_run_without_ticks_is_replayed_identically(graphrun: Graphrun, project: Path) -> None:
     assert graphrun("run", "mine.yaml", "--for", "0", "--record", "out.mcap", *MEMORY).code == 0
     assert graphrun("replay", "out.mcap").out == "identical: 0 messages in 0 ticks, 0.000 s\n"
 
 
 @pytest.mark.parametrize("size", [1, 200_000, 1_000_000])
-def test_a_run_that_is_killed_leaves_what_was_written(graphrun: Graphrun, tmp_path: Path, size: int) -> None:
+def test_a_killed_run_leaves_a_readable_recording(graphrun: Graphrun, tmp_path: Path, size: int) -> None:
     path = tmp_path / "out.mcap"
     with live("run", "dd100_flat", "--record", str(path), *MEMORY) as run:
         assert eventually(lambda: path.exists() and path.stat().st_size >= size)
@@ -82,7 +82,7 @@ def test_a_run_that_is_killed_leaves_what_was_written(graphrun: Graphrun, tmp_pa
         assert result.err == f"graphrun replay: {path}: it was cut off before the first tick\n"
 
 
-def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_file_at_its_size_limit_ends_the_run_and_keeps_the_recorded_ticks(graphrun: Graphrun, tmp_path: Path) -> None:
     limited = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))"
     put(tmp_path / "limit" / "sitecustomize.py", limited)
     path = tmp_path / "out.mcap"
@@ -95,7 +95,7 @@ def test_a_file_that_may_not_grow_ends_the_run_and_keeps_what_there_is(graphrun:
     assert "cut off" in result.err
 
 
-def test_a_run_over_dds_is_the_same(graphrun: Graphrun, domain_id: int, tmp_path: Path) -> None:
+def test_a_run_over_dds_is_replayed_identically(graphrun: Graphrun, domain_id: int, tmp_path: Path) -> None:
     path, odometry = tmp_path / "out.mcap", list[bytes]()
     env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as peer:

@@ -76,7 +76,7 @@ def test_a_drive_is_the_same_byte_by_byte(graphrun: Graphrun, drive: Path) -> No
     graphrun("replay", str(drive), code=0, err="", out="identical: 1302 messages in 300 ticks, 5.000 s\n")
 
 
-def test_a_run_that_publishes_nothing_is_not_silently_identical(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_replay_without_messages_warns(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     graphrun("run", "demo/round", "--for", "100ms", *MEMORY, "--record", str(path), code=0)
     result = graphrun("replay", str(path), code=0)
@@ -108,7 +108,7 @@ def test_a_replay_uses_the_options_of_the_run(graphrun: Graphrun, tmp_path: Path
     assert "in 18 ticks" in result.out
 
 
-def test_the_files_that_were_run_need_not_be_there_any_more(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_replay_needs_no_files_of_the_recorded_run(graphrun: Graphrun, tmp_path: Path) -> None:
     urdf = (shipped() / "scenes/robots/dd100/dd100.urdf").read_text(encoding="utf-8")
     head, body = urdf.split(">", 2)[0] + ">", urdf.split(">", 1)[1]
     hall, shared = tmp_path / "alice" / "hall", tmp_path / "alice" / "shared"
@@ -122,7 +122,7 @@ def test_the_files_that_were_run_need_not_be_there_any_more(graphrun: Graphrun, 
     graphrun("replay", str(path), code=0, err="")
 
 
-def test_the_wall_clock_is_brought_again(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
+def test_values_of_the_wall_clock_are_replayed(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
     clock.write_text(SYSTEM_CLOCK, encoding="utf-8")
     record(tmp_path / "out.mcap", 5, clock)
     assert graphrun("replay", str(tmp_path / "out.mcap")).out.startswith("identical: 5 messages in 5 ticks")
@@ -153,7 +153,7 @@ connections:
 
 
 @pytest.mark.parametrize("at", [None, "/World/late"])
-def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Path, at: str | None) -> None:
+def test_commands_between_ticks_are_replayed(graphrun: Graphrun, tmp_path: Path, at: str | None) -> None:
     use = RobotUse(use="robots/dd100.yaml", at=at, position=(0.0, 4.0, 0.025), namespace="late")
 
     def command(tick: int, run: Run) -> None:
@@ -231,7 +231,7 @@ def test_pictures_are_the_same_on_one_driver(graphrun: Graphrun, tmp_path: Path)
     assert "warning: OpenGL: " in graphrun("replay", str(other)).err
 
 
-def test_a_robot_of_xacro_and_meshes_needs_nothing_of_the_machine(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_recording_of_a_xacro_robot_contains_all_its_files(graphrun: Graphrun, tmp_path: Path) -> None:
     package, hall = tmp_path / "ws" / "my_arm", tmp_path / "ws" / "hall"
     put(package / "package.xml", "<package><name>my_robot</name></package>")
     put(package / "urdf" / "parts.xacro", PARTS)
@@ -253,7 +253,7 @@ def test_localization_is_replayed(graphrun: Graphrun, tmp_path: Path) -> None:
     graphrun("replay", str(tmp_path / "out.mcap"), code=0, err="")
 
 
-def test_message_types_of_ones_own_are_found_in_the_recording(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_message_types_of_the_user_are_read_from_the_recording(graphrun: Graphrun, tmp_path: Path) -> None:
     definition = put(tmp_path / "ws" / "my_msgs" / "msg" / "Reading.msg", "float64 value 2.5\nstring[] names\n")
     graph = put(tmp_path / "hall" / "own.yaml", OWN_MESSAGE)
     options = Options(message_paths=[tmp_path / "ws"])
@@ -267,7 +267,7 @@ def test_message_types_of_ones_own_are_found_in_the_recording(graphrun: Graphrun
     assert "  value: recorded 2.5, replayed 3.5" in result.lines
 
 
-def test_a_subscription_takes_the_type_that_it_took(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_replayed_subscription_has_the_recorded_message_type(graphrun: Graphrun, tmp_path: Path) -> None:
     peers: list[Any] = []
 
     def speak(tick: int, run: Run) -> None:

@@ -66,7 +66,7 @@ def test_goals_of_a_client_are_replayed(graphrun: Graphrun, tmp_path: Path) -> N
     replayed(graphrun, path)
 
 
-def test_what_a_server_says_is_replayed(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_messages_of_a_server_are_replayed(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     record(path, 20, put(tmp_path / "sending.yaml", SENDING), before=serving())
     replayed(graphrun, path)

@@ -23,7 +23,9 @@ FIXED = "{type: ReadSimulationTime, inputs: {referenceTimeNumerator: 5, referenc
         ("topicName: closed", "topicName: bye", "different at the end, after tick 10, t = 0.166667 s: /bye"),
     ],
 )
-def test_another_end_is_told(graphrun: Graphrun, tmp_path: Path, old: str, new: str, expected: str) -> None:
+def test_a_different_end_of_the_run_is_reported(
+    graphrun: Graphrun, tmp_path: Path, old: str, new: str, expected: str
+) -> None:
     path = put(tmp_path / "hall" / "graph.yaml", GOODBYE)
     record(tmp_path / "out.mcap", 10, path)
     path.write_text(GOODBYE.replace(old, new), "utf-8")
@@ -111,7 +113,7 @@ def test_the_ports_of_the_node_are_shown_as_they_are_in_the_replay(
     assert f"(isaacsim.ros2.bridge.ROS2PublishClock, {clock}:5:3)" in result.out
 
 
-def test_another_order_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_different_order_of_messages_is_reported(graphrun: Graphrun, tmp_path: Path) -> None:
     text = CLOCK + "  - Tick.tick -> Other.execIn\n  - Time.simulationTime -> Other.timeStamp\n"
     one = "  Clock: PublishClock\n"
     other = "  Other: {type: PublishClock, inputs: {topicName: other}}\n"
@@ -125,7 +127,7 @@ def test_another_order_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
     assert "  the order differs: the recording has a message of /clock at this place" in result.lines
 
 
-def test_a_topic_of_another_type_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_topic_with_another_type_is_a_difference(graphrun: Graphrun, tmp_path: Path) -> None:
     path = put(tmp_path / "hall" / "clock.yaml", CLOCK)
     record(tmp_path / "out.mcap", 3, path)
     tampered = rewritten(tmp_path / "out.mcap", types={"rosgraph_msgs/msg/Clock": "builtin_interfaces/msg/Time"})
@@ -133,14 +135,14 @@ def test_a_topic_of_another_type_is_told(graphrun: Graphrun, tmp_path: Path) -> 
     assert "  recorded as builtin_interfaces/msg/Time, replayed as rosgraph_msgs/msg/Clock" in result.lines
 
 
-def test_a_scene_that_has_errors_is_told_with_them(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
+def test_errors_of_a_scene_are_printed(graphrun: Graphrun, clock: Path, tmp_path: Path) -> None:
     record(tmp_path / "out.mcap", 3, clock)
     clock.write_text(CLOCK.replace("Clock.execIn", "Clok.execIn"), encoding="utf-8")
     result = graphrun("replay", str(tmp_path / "out.mcap"), "--against", str(clock), code=1, out="")
     assert f"{clock}:7:18: error G203: no node 'Clok'" in result.err
 
 
-def test_a_node_that_cannot_begin_in_a_replay_is_told_with_its_file_as_the_recording_has_it(
+def test_an_error_in_the_setup_of_a_replayed_node_names_the_recorded_file(
     graphrun: Graphrun, clock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     record(tmp_path / "out.mcap", 3, clock)
@@ -166,7 +168,7 @@ def test_a_graph_without_the_scene_that_it_needs_cannot_be_compared(graphrun: Gr
     )
 
 
-def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: Path) -> None:
+def test_a_missing_subscription_is_a_difference(graphrun: Graphrun, drive: Path) -> None:
     result = graphrun("replay", str(drive), "--against", "dd100_warehouse", "--set", "SubscribeTwist.topicName=other")
     assert result.code == 1
     assert (
@@ -176,7 +178,7 @@ def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: P
     assert result.lines[0].startswith("different in tick 8,")
 
 
-def test_versions_and_processors_that_differ_are_told_first(graphrun: Graphrun, drive: Path, tmp_path: Path) -> None:
+def test_different_versions_and_processors_are_reported_first(graphrun: Graphrun, drive: Path, tmp_path: Path) -> None:
     other = rewritten(drive, manifest={"machine": '{"mujoco-core": "1.2.3", "processor": "Z80", "numba": "0"}'})
     result = graphrun("replay", str(other), "--set", "*DiffController.wheelRadius=0.05", code=1)
     assert "recorded with 1.2.3; results may differ in their last bits\n" in result.err
@@ -205,5 +207,5 @@ def test_modules_are_not_imported_because_a_file_says_so(
     assert "--import evil_nodes: SystemExit: imported" in graphrun("replay", "out.mcap", "--import", "evil_nodes").err
 
 
-def test_modules_of_the_library_need_not_be_given_whatever_it_was_called(graphrun: Graphrun, drive: Path) -> None:
+def test_a_recording_with_the_former_name_of_the_node_library_is_replayed(graphrun: Graphrun, drive: Path) -> None:
     assert graphrun("replay", str(rewritten(drive, manifest={"modules": '["nodes.core"]'}))).code == 0

@@ -41,7 +41,7 @@ def test_a_recording_from_before_lidars_saw_their_robot_is_replayed_to_the_byte(
     assert (result.code, result.out) == (0, "identical: 6 messages in 30 ticks, 0.500 s\n")
 
 
-def test_files_outside_of_that_recording_have_a_lidar_that_sees_its_robot(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_lidars_see_their_robot_in_scenes_and_new_recordings(graphrun: Graphrun, tmp_path: Path) -> None:
     for name, text in {"scene.yaml": SCENE, "bot.yaml": ROBOT, "bot.urdf": DESCRIPTION, "wall.xml": WALL}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     scene, made = str(tmp_path / "scene.yaml"), str(tmp_path / "new.mcap")

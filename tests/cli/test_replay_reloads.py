@@ -88,7 +88,7 @@ def test_a_replay_follows_changes_errors_and_restarts_without_the_files(
     assert result.out.endswith(" in 140 ticks, 2.333 s\n")
 
 
-def test_a_robot_that_was_spawned_changes_in_a_replay_too(tmp_path: Path, edits: Edits, graphrun: Graphrun) -> None:
+def test_a_reload_of_a_spawned_robot_is_replayed(tmp_path: Path, edits: Edits, graphrun: Graphrun) -> None:
     def before(tick: int, run: Run) -> None:
         if tick == 5:
             (edits.library / "scenes/own.yaml").write_text(
@@ -123,7 +123,7 @@ def test_reloading_unchanged_files_leaves_no_trace(tmp_path: Path, edits: Edits)
     assert recorded(tmp_path, edits, before=before, force=True).read_bytes() == plain
 
 
-def test_a_comment_is_recorded_as_it_may_matter_later(tmp_path: Path, edits: Edits, graphrun: Graphrun) -> None:
+def test_a_reload_of_a_comment_is_recorded(tmp_path: Path, edits: Edits, graphrun: Graphrun) -> None:
     def before(tick: int, run: Run) -> None:
         if tick == 30:
             edits.edit(CMD_VEL, "format: 1", "format: 1  # a comment")
@@ -148,7 +148,7 @@ def test_a_comment_is_recorded_as_it_may_matter_later(tmp_path: Path, edits: Edi
         ),
     ],
 )
-def test_a_reload_that_no_recorder_wrote_reads_nothing_outside_of_the_recording(
+def test_a_forged_reload_reads_no_files_outside_of_the_recording(
     tmp_path: Path, clock: Path, graphrun: Graphrun, arguments: str, why: str
 ) -> None:
     path = tmp_path / "out.mcap"

@@ -88,7 +88,7 @@ def test_the_same_run_makes_the_same_file(tmp_path: Path) -> None:
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_another_answer_is_told_by_its_field(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_different_answer_is_reported_with_its_field(graphrun: Graphrun, tmp_path: Path) -> None:
     path, scene = tmp_path / "out.mcap", put(tmp_path / "light.yaml", LIGHT)
     record(path, 20, scene, before=asking(3))
     put(scene, LIGHT.replace("done", "did"))
@@ -99,7 +99,7 @@ def test_another_answer_is_told_by_its_field(graphrun: Graphrun, tmp_path: Path)
     assert "response[0].message: recorded 'done', replayed 'did'" in result.out
 
 
-def test_an_answer_that_does_not_come_is_told_with_the_node_that_owes_it(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_missing_answer_is_reported_with_the_node(graphrun: Graphrun, tmp_path: Path) -> None:
     path, scene = tmp_path / "out.mcap", put(tmp_path / "light.yaml", LIGHT)
     record(path, 20, scene, before=asking(3))
     put(scene, LIGHT.replace("  - Server.onReceived -> Answer.onReceived\n", ""))
@@ -109,7 +109,7 @@ def test_an_answer_that_does_not_come_is_told_with_the_node_that_owes_it(graphru
     assert "the replay sends no such message\n" in result.out
 
 
-def test_a_server_that_is_gone_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_missing_server_is_reported(graphrun: Graphrun, tmp_path: Path) -> None:
     path, scene = tmp_path / "out.mcap", put(tmp_path / "light.yaml", LIGHT)
     record(path, 20, scene, before=asking(3))
     put(scene, LIGHT.replace("serviceName: light", "serviceName: lamp"))
@@ -130,14 +130,14 @@ def test_other_readers_of_bags_find_events_of_service_introspection(tmp_path: Pa
     assert [event.response[0].success for _, event in found[2:]] == [True, False]
 
 
-def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_recording_of_the_verb_run_is_replayed_identically(graphrun: Graphrun, tmp_path: Path) -> None:
     path, scene = tmp_path / "out.mcap", put(tmp_path / "both.yaml", BOTH)
     ran = graphrun("run", str(scene), "--for", "1s", "--record", str(path), "--transport", "memory")
     assert ran.code == 0
     assert graphrun("replay", str(path)).out.startswith("identical: ")
 
 
-def test_what_services_change_in_the_world_is_changed_again(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_changes_of_the_world_by_services_are_replayed(graphrun: Graphrun, tmp_path: Path) -> None:
     for name, text in FILES.items():
         put(tmp_path / name, textwrap.dedent(text).lstrip())
     tree = "  Tree: {type: ROS2PublishTransformTree, inputs: {targetPrims: [/World/box, /arm]}}\nconnections:\n"

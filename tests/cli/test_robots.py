@@ -26,7 +26,7 @@ def test_each_robot_has_its_namespace_and_topics(graphrun: Graphrun) -> None:
     assert len(graphrun("robots", "dd100_fleet", code=0).lines) == 11
 
 
-def test_json_has_all_that_robot_state_publisher_takes(graphrun: Graphrun) -> None:
+def test_json_has_the_parameters_of_robot_state_publisher(graphrun: Graphrun) -> None:
     (robot,) = json.loads(graphrun("robots", "dd100_flat", "--format", "json", code=0, err="").out)
     assert links(robot.pop("urdf")) == links(URDF.read_text("utf-8"))
     assert robot == {
@@ -41,7 +41,7 @@ def test_json_has_all_that_robot_state_publisher_takes(graphrun: Graphrun) -> No
     }
 
 
-def test_a_scene_that_publishes_the_description_itself_says_so(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_json_tells_whether_a_scene_publishes_the_description(graphrun: Graphrun, tmp_path: Path) -> None:
     text = (ROOT / "scenes" / "dd100_flat.yaml").read_text("utf-8")
     assert "    use: " in text
     path = tmp_path / "scene.yaml"
@@ -74,7 +74,9 @@ def test_a_file_of_a_sourced_package_is_found(graphrun: Graphrun, name: str) -> 
 
 
 @pytest.mark.usefixtures("sourced")
-def test_what_a_workspace_lacks_is_said(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_or_file_of_a_workspace_gets_a_suggestion(
+    graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch
+) -> None:
     package = graphrun("robots", "package://my_robt/scenes/mine.yaml", code=2, out="").err
     assert "no package 'my_robt'\n  did you mean 'my_robot'?" in package
     file = graphrun("robots", "package://my_robot/scenes/min.yaml", code=2, out="").err

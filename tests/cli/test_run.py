@@ -134,7 +134,7 @@ def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Pa
             "write a namespace, as in --simulation-interfaces /one; write the scene or graph before this option",
         ),
         ("--simulation-interfaces", "/one/", "ends with '/'"),
-        ("--seed", "x", "is not a whole number"),
+        ("--seed", "x", "write a whole number"),
         ("--allow", "/nowhere", "no such folder"),
         ("--scene", "dd100_flatt", "did you mean 'dd100_flat'?"),
         ("--scene", "clock", "this is a graph file, not a scene"),
@@ -170,7 +170,7 @@ def test_set_reaches_the_input_that_it_names(graphrun: Graphrun, project: Path) 
         "d?100/cmd_*/[D]iffController",
     ],
 )
-def test_set_takes_globs_and_as_many_outer_names_as_wanted(graphrun: Graphrun, target: str) -> None:
+def test_set_accepts_globs_and_optional_outer_names(graphrun: Graphrun, target: str) -> None:
     result = graphrun("check", "dd100_flat", "--set", f"{target}.wheelRadius=0.098")
     assert "warning W201: wheelRadius is 0.098 m" in result.out
     assert "0.5 times the commanded speed" in result.out
@@ -229,14 +229,14 @@ def test_robot_state_is_published_on_request(graphrun: Graphrun) -> None:
     assert "5 graphs" in graphrun(*run, "--robot-state").err
 
 
-def test_robot_state_goes_with_a_single_graph_too(graphrun: Graphrun) -> None:
+def test_robot_state_works_with_a_single_graph(graphrun: Graphrun) -> None:
     result = graphrun("topics", "dd100/joint_states", "--scene", "dd100_flat", "--robot-state")
     assert [line.split()[0] for line in result.lines if "robot_description" in line] == [
         "/dd100_0000/robot_description"
     ]
 
 
-def test_robot_state_without_a_scene_makes_no_sense(graphrun: Graphrun, project: Path) -> None:
+def test_robot_state_without_a_scene_is_refused(graphrun: Graphrun, project: Path) -> None:
     result = graphrun("run", "mine.yaml", "--robot-state", *MEMORY)
     assert (result.code, result.err) == (
         2,
@@ -261,7 +261,7 @@ def test_a_signal_ends_a_run_after_the_tick_with_the_summary_last(number: signal
         assert SUMMARY.search(run.said)
 
 
-def test_a_run_that_is_to_outlive_its_terminal_does() -> None:
+def test_a_run_under_nohup_outlives_its_terminal() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup leaves it to the program
     try:
         with _signals(session=None):  # type: ignore[arg-type]
@@ -324,7 +324,7 @@ def test_late_images_are_reported_at_once_and_counted_at_the_end(
     assert ticks(result.err) == 6
 
 
-def test_without_a_terminal_a_short_run_says_three_lines_if_nothing_subscribes() -> None:
+def test_without_a_terminal_a_short_run_without_subscribers_prints_three_lines() -> None:
     result = process("run", "dd100_flat", "--for", "1s", "--rays", "mujoco", *MEMORY, code=0, out="")
     assert not re.search(r"[\r\x1b]", result.err)
     assert len(result.err.splitlines()) == 3
@@ -332,7 +332,7 @@ def test_without_a_terminal_a_short_run_says_three_lines_if_nothing_subscribes()
     assert ticks(result.err) == 60
 
 
-def test_a_profile_lists_the_nodes_that_ran_by_the_time_they_took(graphrun: Graphrun) -> None:
+def test_a_profile_lists_nodes_in_order_of_computing_time(graphrun: Graphrun) -> None:
     result = graphrun("run", "dd100_flat", "--for", "1s", "--profile", *MEMORY)
     header, *rows, last = result.err.splitlines()[3:]
     assert header.split() == ["node", "type", "runs", "fired", "us", "a", "run", "share"]

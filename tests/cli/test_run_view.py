@@ -44,7 +44,7 @@ def env(gate: Path) -> Iterator[Mapping[str, str]]:
         yield {"PYTHONPATH": os.pathsep.join([str(gate.parent), str(ROOT)]), "XDG_RUNTIME_DIR": runtime}
 
 
-def test_a_run_whose_page_is_never_ready_ends_as_one_without_a_page(env: Mapping[str, str]) -> None:
+def test_a_run_whose_page_never_starts_ends_normally(env: Mapping[str, str]) -> None:
     ended = process(*RUN, "--view", "--for", "0.5", env=env, code=0)
     assert "\n30 ticks, 0.500 s of simulation" in ended.err
     assert "see it" not in ended.err

@@ -44,13 +44,13 @@ def graph_with(node: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_each_is_a_json_schema_of_2020_12(kind: str) -> None:
+def test_each_schema_is_a_json_schema_of_2020_12(kind: str) -> None:
     assert schema(kind)["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     Draft202012Validator.check_schema(schema(kind))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_each_accepts_all_files_that_ship(kind: str) -> None:
+def test_each_schema_accepts_all_shipped_files(kind: str) -> None:
     files = shipped(kind)
     assert files
     assert {str(path): faults(kind, yaml.safe_load(path.read_text(encoding="utf-8"))) for path in files} == {
@@ -105,7 +105,7 @@ def test_the_bounds_of_a_vector_are_those_of_its_numbers(value: Any, legal: bool
     assert (faults("graph", graph_with(node)) == []) is legal
 
 
-def test_tokens_are_completed() -> None:
+def test_the_schema_lists_the_tokens_of_a_port() -> None:
     def typed(value: str) -> list[str]:
         return faults("graph", graph_with({"type": "RtxLidarHelper", "inputs": {"type": value}}))
 
@@ -113,7 +113,7 @@ def test_tokens_are_completed() -> None:
     assert typed("pointcloud") == ["$.nodes.Node"]
 
 
-def test_names_of_nodes_and_robots_are_names() -> None:
+def test_illegal_names_of_nodes_and_robots_are_refused() -> None:
     assert faults("graph", {"graph": "g", "nodes": {"a-b": "OnPlaybackTick"}}) != []
     assert faults("scene", {"scene": "s", "world": "w.xml", "robots": {"r-1": {"use": "r.yaml"}}}) != []
 

@@ -66,7 +66,7 @@ def test_list_hides_the_services_of_actions_unless_asked(service: Graphrun, peer
     assert service("list", "--include-hidden-services", code=0).out == "/go/_action/cancel_goal\n/light\n"
 
 
-def test_where_nobody_is_list_says_where_it_looked(service: Graphrun, domain_id: int) -> None:
+def test_an_empty_list_names_the_searched_domain(service: Graphrun, domain_id: int) -> None:
     assert service("list", code=0, out="").err.startswith("no services on domain ")
     assert service("list", "-c", code=0).out == "0\n"
 
@@ -98,7 +98,7 @@ def test_call_reads_the_request_from_the_standard_input(
     assert light.asked == [True, False]
 
 
-def test_call_refuses_what_is_no_request(service: Graphrun, light: Light) -> None:
+def test_call_refuses_an_illegal_request(service: Graphrun, light: Light) -> None:
     assert "did you mean 'data'?" in service("call", "/light", SET_BOOL, "{dato: true}", code=1, out="").err
     assert "did you mean 'SetBool'?" in service("call", "/light", "std_srvs/SetBol", code=1, out="").err
     assert "--rate" in service("call", "/light", SET_BOOL, "-r", "0", code=2, out="").err
@@ -135,7 +135,7 @@ def test_ctrl_c_ends_repeated_calls(domain_id: int) -> None:
         (("/ligth", SET_BOOL), "/ligth has no server yet; did you mean '/light'?"),
     ],
 )
-def test_call_waits_for_a_server_and_says_why_there_is_none(domain_id: int, asked: tuple[str, str], why: str) -> None:
+def test_call_waits_for_a_server_and_prints_the_likely_reason(domain_id: int, asked: tuple[str, str], why: str) -> None:
     with outside(domain_id) as peer:
         Light(peer)
         with live("service", "call", *asked, "--transport", "dds", env=variables(domain_id), out=True) as calling:

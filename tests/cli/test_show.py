@@ -44,7 +44,7 @@ def test_a_float_is_shown_by_its_shortest_decimal_in_text_and_drawings(graphrun:
     assert '("Scan.inputs:ranges", [0.45, 0.1])' in graphrun("export", "scan.yaml", "--to", "isaac-script").out
 
 
-def test_without_a_form_types_values_with_units_and_wires_are_told(graphrun: Graphrun) -> None:
+def test_without_a_format_show_prints_types_values_units_and_wires(graphrun: Graphrun) -> None:
     result = graphrun("show", "dd100/cmd_vel")
     assert result.lines[0] == "cmd_vel  at /dd100/Geometry/base_link/chassis_link/cmd_vel, every tick"
     assert "  DiffController: isaacsim.robot.wheeled_robots.DifferentialController" in result.lines
@@ -57,7 +57,7 @@ def test_without_a_form_types_values_with_units_and_wires_are_told(graphrun: Gra
 
 
 @pytest.mark.parametrize("name", [*SCENES, *GRAPHS])
-def test_what_is_generated_for_all_that_ships_is_python(graphrun: Graphrun, name: str) -> None:
+def test_the_code_of_all_shipped_graphs_is_python(graphrun: Graphrun, name: str) -> None:
     source = graphrun("show", name, "--plan").out
     assert "def pass_(" in source
     compile(source, name, "exec")
@@ -74,7 +74,7 @@ def test_a_node_comes_after_every_node_that_it_reads_from(graphrun: Graphrun) ->
         assert order.index(earlier) < order.index(later)
 
 
-def test_a_schedule_tells_what_decides_whether_a_node_runs(graphrun: Graphrun) -> None:
+def test_a_schedule_has_the_condition_of_each_node(graphrun: Graphrun) -> None:
     lines = graphrun("show", "dd100/scan", "--schedule").lines
     assert "    CreateRenderProduct          action  when RunOneFrame.step fires" in lines
 
@@ -117,7 +117,7 @@ connections:
 """
 
 
-def test_a_node_waits_for_the_wires_of_its_own_region_alone(graphrun: Graphrun, project: Path) -> None:
+def test_the_schedule_of_a_node_names_only_wires_of_its_region(graphrun: Graphrun, project: Path) -> None:
     (project / "own.yaml").write_text(OWN, encoding="utf-8")
     lines = [" ".join(line.split()) for line in graphrun("show", "own.yaml", "--schedule").lines]
     assert "Gate action when Impulse.execOut fires" in lines
@@ -139,11 +139,11 @@ def test_the_picture_of_a_scene_is_one_flowchart_with_a_part_for_each_graph(grap
     assert ends <= set(boxes)
 
 
-def test_one_form_at_a_time(graphrun: Graphrun) -> None:
+def test_two_output_formats_are_refused(graphrun: Graphrun) -> None:
     assert graphrun("show", "clock", "--plan", "--mermaid").code == 2
 
 
-def test_a_graph_with_errors_is_not_shown_but_explained(graphrun: Graphrun, project: Path) -> None:
+def test_errors_of_a_graph_are_printed_instead_of_its_nodes(graphrun: Graphrun, project: Path) -> None:
     (project / "mine.yaml").write_text("graph: mine\nnodes: {Tick: OnPlaybackTik}\n", encoding="utf-8")
     result = graphrun("show", "mine.yaml", code=1, out="")
     assert result.err.startswith("mine.yaml:2:15: error G201")
@@ -162,7 +162,7 @@ def test_a_scene_is_drawn_into_one_file_with_all_of_its_graphs(graphrun: Graphru
     assert sorted(path.name for path in project.iterdir()) == ["mine.yaml", f"out.{form}"]
 
 
-def test_a_graph_with_errors_is_drawn_with_them_on_it_and_they_are_told_too(graphrun: Graphrun, project: Path) -> None:
+def test_a_graph_with_errors_is_drawn_and_its_errors_are_printed(graphrun: Graphrun, project: Path) -> None:
     (project / "bad.yaml").write_text("graph: bad\nnodes: {Tick: OnPlaybackTik}\n", encoding="utf-8")
     result = graphrun("show", "bad.yaml", "--svg", "bad.svg", code=1)
     assert result.err.startswith("bad.yaml:2:15: error G201")
@@ -175,7 +175,7 @@ def test_show_draws_nothing_for_a_file_that_is_not_a_graph(graphrun: Graphrun, p
     assert not (project / "bad.svg").exists()
 
 
-def test_a_drawing_that_cannot_be_written_leaves_what_was_there(graphrun: Graphrun, project: Path) -> None:
+def test_a_drawing_that_cannot_be_written_is_reported(graphrun: Graphrun, project: Path) -> None:
     result = graphrun("show", "mine.yaml", "--svg", "mine.yaml/out.svg", code=1, out="")
     assert "mine.yaml/out.svg: Not a directory" in result.err
 
@@ -189,7 +189,7 @@ def test_a_link_in_the_place_of_a_drawing_is_replaced(graphrun: Graphrun, projec
     assert victim.read_text(encoding="utf-8") == "mine"
 
 
-def test_what_is_set_from_outside_is_on_the_drawing(graphrun: Graphrun, project: Path) -> None:
+def test_values_of_the_option_set_are_drawn(graphrun: Graphrun, project: Path) -> None:
     assert graphrun("show", "dd100/cmd_vel", "--set", "DiffController.wheelRadius=0.0625", "--svg", "out.svg").code == 0
     assert " 0.0625 m</tspan>" in (project / "out.svg").read_text(encoding="utf-8")
 
@@ -202,7 +202,7 @@ def test_show_says_how_to_install_a_missing_layout_library(
     assert "pip install '.[draw]'" in result.err
 
 
-def test_a_graph_that_is_too_large_to_be_drawn_is_told(graphrun: Graphrun, project: Path) -> None:
+def test_a_graph_with_too_many_nodes_is_not_drawn(graphrun: Graphrun, project: Path) -> None:
     nodes = "\n".join(f"  N{number}: BooleanNot" for number in range(3001))
     (project / "large.yaml").write_text(f"graph: large\nnodes:\n{nodes}\n", encoding="utf-8")
     result = graphrun("show", "large.yaml", "--svg", "out.svg")
@@ -214,5 +214,5 @@ def test_a_drawing_does_not_write_over_a_file_of_another_kind(graphrun: Graphrun
     graph = tmp_path / "mine.yaml"
     graph.write_text("kept")
     result = graphrun("show", "tutorial/clock", option, str(graph), code=2)
-    assert "the file's name must end in" in result.err
+    assert "the name must end in" in result.err
     assert graph.read_text() == "kept"

@@ -37,7 +37,7 @@ def test_a_view_shows_the_robot_in_its_colours(graphrun: Graphrun, project: Path
 
 
 @needs_opengl
-def test_a_camera_has_its_own_size_and_may_be_called_by_its_name(graphrun: Graphrun, project: Path) -> None:
+def test_a_picture_of_a_named_camera_has_the_size_of_the_camera(graphrun: Graphrun, project: Path) -> None:
     path = f"/dd100/base_link/chassis_link/sim_camera/RSD455/{COLOUR}"
     for name in (COLOUR, path):
         assert graphrun("snapshot", SCENE, "--camera", name, "-o", "picture.png").code == 0
@@ -45,7 +45,7 @@ def test_a_camera_has_its_own_size_and_may_be_called_by_its_name(graphrun: Graph
 
 
 @needs_opengl
-def test_a_robot_that_drives_is_elsewhere_after_a_second(graphrun: Graphrun, project: Path) -> None:
+def test_pictures_of_a_driving_robot_differ_after_a_second(graphrun: Graphrun, project: Path) -> None:
     graph = (
         "graph: go\nnodes:\n  Tick: OnPlaybackTick\n"
         "  Wheels: {type: ArticulationController, inputs: {robotPath: /dd100, velocityCommand: [10.0, 10.0],\n"
@@ -114,7 +114,7 @@ def test_two_snapshots_are_alike_to_the_last_byte(graphrun: Graphrun, project: P
         ("/dd100/../x", "views: top, perspective, follow\n  cameras: "),
     ],
 )
-def test_an_unknown_camera_is_told_with_what_there_is(
+def test_an_unknown_camera_is_refused_with_the_known_cameras(
     graphrun: Graphrun, project: Path, camera: str, told: str
 ) -> None:
     result = graphrun("snapshot", SCENE, "--camera", camera, "-o", "picture.png", code=2)
@@ -122,7 +122,7 @@ def test_an_unknown_camera_is_told_with_what_there_is(
     assert not (project / "picture.png").exists()
 
 
-def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Graphrun, project: Path) -> None:
+def test_an_ambiguous_camera_name_is_refused_with_all_paths(graphrun: Graphrun, project: Path) -> None:
     robots = "".join(
         f"  {name}: {{use: robots/dd100.yaml, position: [{x}, 0, .03], namespace: {name}}}\n"
         for name, x in (("one", 0), ("two", 3))
@@ -140,19 +140,17 @@ def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Gra
         (["-o", "p.png", "--size", "10"], "'10' is not a size; write 1280x720"),
         (["-o", "p.png", "--size", "0x10"], "'0x10' is not a size"),
         (["-o", "p.png", "--depth", "--segmentation"], "not allowed with argument"),
-        (["-o", "p.png", "--depth", "--camera", "top"], "--depth: top is a view, which has no depth image"),
+        (["-o", "p.png", "--depth", "--camera", "top"], "--depth: the view top has no depth image"),
         ([], "one of the arguments -o/--output --video is required"),
     ],
 )
-def test_a_command_line_that_makes_no_sense_is_told(
-    graphrun: Graphrun, project: Path, arguments: list[str], told: str
-) -> None:
+def test_contradictory_options_are_reported(graphrun: Graphrun, project: Path, arguments: list[str], told: str) -> None:
     result = graphrun("snapshot", SCENE, *arguments, code=2)
     assert told in result.err
 
 
 @needs_opengl
-def test_a_file_that_cannot_be_written_is_told_and_what_was_there_stays(graphrun: Graphrun, project: Path) -> None:
+def test_an_irregular_output_file_is_refused_and_kept(graphrun: Graphrun, project: Path) -> None:
     os.mkfifo(project / "picture.png")
     result = graphrun("snapshot", SCENE, "--size", "32x18", "-o", "picture.png", code=1)
     assert result.err.endswith("error: picture.png: not a regular file\n")
@@ -171,7 +169,7 @@ def test_a_scene_with_mistakes_is_not_drawn(graphrun: Graphrun, project: Path) -
     assert not (project / "picture.png").exists()
 
 
-def test_without_opengl_the_packages_to_install_are_told(
+def test_without_opengl_the_packages_to_install_are_printed(
     graphrun: Graphrun, project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for camera in ("top", COLOUR):

@@ -39,7 +39,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @needs_opengl
-def test_a_video_of_a_scene_begins_and_ends_when_it_should(graphrun: Graphrun, project: Path) -> None:
+def test_a_video_has_the_given_start_and_duration(graphrun: Graphrun, project: Path) -> None:
     times = ["--at", "100ms", "--for", "500ms", "--fps", "10", "--camera", "follow"]
     result = graphrun("snapshot", SCENE, "--video", "film.webp", *times, *SMALL, code=0, out="")
     told = "film.webp: follow from t = 0.1 s, 0.5 s, 48 x 32, 10 images/s, 0.00 MB"
@@ -50,7 +50,7 @@ def test_a_video_of_a_scene_begins_and_ends_when_it_should(graphrun: Graphrun, p
 
 
 @needs_opengl
-def test_a_recording_is_shown_as_it_was(graphrun: Graphrun, project: Path, recording: Path) -> None:
+def test_a_recording_is_rendered_from_the_given_time(graphrun: Graphrun, project: Path, recording: Path) -> None:
     film = ["--video", "film.webp", "--at", "700ms", "--fps", "10", "--camera", "top"]
     result = graphrun("snapshot", str(recording), *film, *SMALL, code=0, out="")
     assert result.err.splitlines()[-1].startswith("film.webp: top from t = 0.7 s, 0.3 s, 48 x 32, 10 images/s")
@@ -92,7 +92,7 @@ def test_options_that_do_not_fit_are_refused(
         (["--at", "5s"], "--at 5: the recording ends at t = 1.000 s"),
     ],
 )
-def test_a_recording_is_shown_as_it_was_recorded_only(
+def test_options_of_a_run_are_refused_for_a_recording(
     graphrun: Graphrun, project: Path, recording: Path, arguments: list[str], told: str
 ) -> None:
     assert told in graphrun("snapshot", str(recording), *arguments, "-o", "p.png", code=2).err

@@ -81,7 +81,7 @@ def test_the_version_is_that_of_the_package(graphrun: Graphrun) -> None:
     assert graphrun("--version").out == f"graphrun {__version__}\n"
 
 
-def test_the_version_with_more_words_says_which_transports_can_be_used_and_what_to_do_about_others(
+def test_the_verbose_version_lists_transports_with_remedies(
     graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "cyclonedds", None)

@@ -74,7 +74,7 @@ def statuses(said: str) -> list[str]:
 
 
 @pytest.mark.parametrize(("columns", "least"), [(200, 7), (80, 5), (40, 3), (20, 2)])
-def test_a_line_below_everything_shows_as_many_facts_as_fit_and_leaves_nothing_behind(columns: int, least: int) -> None:
+def test_the_status_line_has_the_facts_that_fit_and_is_cleared_at_the_end(columns: int, least: int) -> None:
     with live("run", "dd100_flat", "--rate", "realtime", *MEMORY, columns=columns, env=TERMINAL) as run:
         assert run.hear(lambda said: len(statuses(said)) > 2)
         assert run.stop(signal.SIGINT) == 0, run.said
@@ -90,7 +90,7 @@ def test_a_line_below_everything_shows_as_many_facts_as_fit_and_leaves_nothing_b
     assert end == ""
 
 
-def test_what_is_printed_meanwhile_goes_above_the_line_whole_and_in_order(tmp_path: Path) -> None:
+def test_other_output_is_printed_above_the_status_line_in_order(tmp_path: Path) -> None:
     arguments = (*noise(tmp_path, "noisy"), "--for", "1.2s")
     with live(*arguments, cwd=tmp_path, columns=80, env=TERMINAL, out=True) as run:
         run.hear(lambda said: False)
@@ -105,7 +105,7 @@ def test_what_is_printed_meanwhile_goes_above_the_line_whole_and_in_order(tmp_pa
     assert SUMMARY.fullmatch(summary)
 
 
-def test_an_error_that_ends_the_run_stands_last_on_a_clean_terminal(tmp_path: Path) -> None:
+def test_an_error_that_ends_the_run_is_the_last_line_after_the_status_line(tmp_path: Path) -> None:
     with live(*noise(tmp_path, "broken"), cwd=tmp_path, columns=80, env=TERMINAL, out=True) as run:
         run.hear(lambda said: False)
         assert run.process.wait(PATIENCE) == 1
@@ -154,7 +154,7 @@ def test_no_color_leaves_the_colours_out(tmp_path: Path) -> None:
     assert not re.search(r"\x1b\[[0-9;]*3[0-9]", run.said)
 
 
-def test_a_quiet_run_says_what_is_wrong_and_nothing_else(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_quiet_run_prints_only_warnings(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.cli.console.Console.PLAIN", 0.0)
     assert graphrun("run", "dd100_flat", "--for", "100ms", "--quiet", *MEMORY, code=0, out="").err == ""
     result = graphrun("run", "tutorial/flat_grid", "--for", "100ms", "--quiet", *MEMORY, code=0, out="")

@@ -106,7 +106,7 @@ def driver(domain: Domain, *arguments: str) -> Iterator[Driver]:
         yield made
 
 
-def test_keys_drive_and_letting_go_stops(domain: Domain, robot: Robot) -> None:
+def test_keys_drive_the_robot_and_a_release_stops_it(domain: Domain, robot: Robot) -> None:
     robot.listen("/robot/cmd_vel", TWIST)
     with driver(domain, "/robot/cmd_vel", "--hold", "0.2") as hands:
         assert f"/robot/cmd_vel [{TWIST}]" in hands.said
@@ -120,7 +120,7 @@ def test_keys_drive_and_letting_go_stops(domain: Domain, robot: Robot) -> None:
         assert termios.tcgetattr(hands.terminal) == hands.before
 
 
-def test_what_reads_stamped_velocities_gets_them(domain: Domain, robot: Robot) -> None:
+def test_subscribers_of_stamped_velocities_get_stamped_velocities(domain: Domain, robot: Robot) -> None:
     robot.listen("/cmd_vel", STAMPED)
     with driver(domain, "/cmd_vel", "--frame-id", "base_link") as hands:
         begun = time.time()
@@ -135,7 +135,7 @@ def test_what_reads_stamped_velocities_gets_them(domain: Domain, robot: Robot) -
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_the_robot_and_gives_the_terminal_back(
+def test_a_signal_stops_the_robot_and_restores_the_terminal(
     domain: Domain, robot: Robot, number: signal.Signals
 ) -> None:
     robot.listen("/cmd_vel", TWIST)
@@ -147,7 +147,7 @@ def test_a_signal_stops_the_robot_and_gives_the_terminal_back(
         assert termios.tcgetattr(hands.terminal) == hands.before
 
 
-def test_a_key_counts_for_a_while_and_each_direction_by_itself() -> None:
+def test_a_key_press_acts_for_the_hold_time_in_each_direction() -> None:
     stick = Stick(hold=0.5, speed=0.4, turn=2.0)
     stick.press("w", 0.0)
     assert stick.command(0.49) == (0.4, 0.0)
@@ -167,7 +167,7 @@ def test_plus_and_minus_change_the_speeds() -> None:
     assert stick.command(0.1)[0] == pytest.approx(0.4)
 
 
-def test_space_stops_at_once_and_other_keys_mean_nothing() -> None:
+def test_space_stops_at_once_and_unknown_keys_have_no_effect() -> None:
     stick = Stick(hold=0.5, speed=0.4, turn=2.0)
     stick.press("s", 0.0)
     stick.press("x", 0.0)
@@ -181,7 +181,7 @@ def reader(topic: str, message_type: str) -> Endpoint:
     return Endpoint(os.urandom(16), "subscribe", topic, message_type, QoS())
 
 
-def test_the_only_topic_that_takes_velocities_is_meant() -> None:
+def test_the_only_velocity_topic_is_the_default() -> None:
     others = [reader("/chatter", "std_msgs/msg/String"), Endpoint(b"", "publish", "/b/cmd_vel", TWIST, QoS())]
     assert only_topic(NetworkGraph([reader("/a/cmd_vel", TWIST), *others])) == "/a/cmd_vel"
     assert only_topic(NetworkGraph(others)) == "/cmd_vel"
@@ -195,11 +195,11 @@ def test_the_only_topic_that_takes_velocities_is_meant() -> None:
 @pytest.mark.parametrize(
     ("read", "expected"), [([], TWIST), ([TWIST], TWIST), ([STAMPED], STAMPED), ([STAMPED, TWIST], TWIST)]
 )
-def test_the_type_is_that_which_is_read(read: list[str], expected: str) -> None:
+def test_teleop_publishes_the_type_of_the_subscribers(read: list[str], expected: str) -> None:
     ends = [reader("/cmd_vel", message_type) for message_type in read]
     assert type_of("/cmd_vel", NetworkGraph([*ends, reader("/other", STAMPED)])) == expected
 
 
-def test_without_a_terminal_it_says_so(graphrun: Graphrun) -> None:
+def test_without_a_terminal_teleop_is_refused(graphrun: Graphrun) -> None:
     result = graphrun("teleop", "--transport", "dds", code=2, out="")
     assert result.err.startswith("graphrun teleop: keys are read from a terminal, but the standard input is not one\n")

@@ -50,7 +50,7 @@ def latch(peer: DdsTransport, topic: str, *edges: tuple[str, str]) -> Any:
     return writer
 
 
-def test_the_tree_shows_who_broadcasts_what(tree: Graphrun, peer: DdsTransport) -> None:
+def test_the_tree_shows_the_broadcaster_of_each_frame(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/tf_static", ("base", "laser"), ("odom", "base"))
     result = tree(code=0)
     assert result.lines == [
@@ -62,7 +62,7 @@ def test_the_tree_shows_who_broadcasts_what(tree: Graphrun, peer: DdsTransport) 
     assert result.err == "listening to /tf and /tf_static for 0.5 s\n"
 
 
-def test_the_only_namespace_is_meant_where_none_is_given(tree: Graphrun, peer: DdsTransport) -> None:
+def test_the_only_namespace_with_transforms_is_the_default(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/robot/tf_static", ("base", "laser"))
     assert "listening to /robot/tf and /robot/tf_static" in tree().err
     result = tree("--namespace", "robot")
@@ -80,7 +80,7 @@ def test_of_several_namespaces_one_must_be_given(tree: Graphrun, peer: DdsTransp
     assert "camera" in tree("--namespace", "/b").out
 
 
-def test_where_nothing_is_heard_it_says_where_something_is(tree: Graphrun, peer: DdsTransport) -> None:
+def test_an_empty_tree_is_reported_with_namespaces_that_have_transforms(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/a/tf_static", ("base", "laser"))
     result = tree("--namespace", "b", code=1, out="")
     assert result.err.endswith(
@@ -88,7 +88,7 @@ def test_where_nothing_is_heard_it_says_where_something_is(tree: Graphrun, peer:
     )
 
 
-def test_what_is_wrong_is_warned_of(tree: Graphrun, peer: DdsTransport, domain: Domain) -> None:
+def test_faults_of_the_tree_are_warnings(tree: Graphrun, peer: DdsTransport, domain: Domain) -> None:
     latch(peer, "/tf_static", ("odom", "base"), ("chassis", "laser"))
     other = DdsTransport(JoinOptions(domain, "other"))
     latch(other, "/tf_static", ("map", "base"))

@@ -113,7 +113,7 @@ def test_list_shows_types_and_hidden_topics_when_asked(topic: Graphrun, crowd: D
     assert topic("list", "-c").lines == ["4"]
 
 
-def test_list_counts_who_writes_and_reads(topic: Graphrun, crowd: DdsTransport) -> None:
+def test_list_counts_publishers_and_subscribers(topic: Graphrun, crowd: DdsTransport) -> None:
     assert topic("list", "-v").out == (
         "Published topics:\n"
         " * /parameter_events [rcl_interfaces/msg/ParameterEvent] 1 publisher\n"
@@ -126,7 +126,7 @@ def test_list_counts_who_writes_and_reads(topic: Graphrun, crowd: DdsTransport) 
     )
 
 
-def test_where_nobody_is_list_says_where_it_looked(topic: Graphrun, domain_id: int) -> None:
+def test_an_empty_list_names_the_searched_domain(topic: Graphrun, domain_id: int) -> None:
     result = topic("list", code=0, out="")
     assert result.err.startswith("no topics on domain ")
 
@@ -198,7 +198,7 @@ def test_echo_can_show_one_field_and_csv(topic: Graphrun, peer: DdsTransport) ->
     assert topic("echo", "--once", "/cmd_vel", "--raw").out.startswith("b'\\x00\\x01\\x00\\x00")
 
 
-def test_echo_shows_only_messages_that_the_filter_wants(topic: Graphrun, peer: DdsTransport) -> None:
+def test_echo_shows_only_messages_that_pass_the_filter(topic: Graphrun, peer: DdsTransport) -> None:
     writer = peer.writer("/count", "std_msgs/msg/Int32", replace(LATCHED, depth=20))
     for number in range(10):
         writer.write(messages.encode(messages.message_class("std_msgs/msg/Int32")(number)))
@@ -218,7 +218,7 @@ def test_echo_requests_a_qos_that_all_publishers_offer(topic: Graphrun, peer: Dd
     ]
 
 
-def test_echo_needs_no_publisher_where_the_type_is_given(topic: Graphrun, peer: DdsTransport) -> None:
+def test_echo_with_a_type_needs_no_publisher(topic: Graphrun, peer: DdsTransport) -> None:
     result = topic("echo", "--once", "/later", STRING, "--timeout", "0.05")
     assert (result.code, result.out, result.err) == (1, "", "no message to print arrived on /later within 0.05 s\n")
 
@@ -290,7 +290,7 @@ def test_pub_publishes_once_when_somebody_reads(topic: Graphrun, peer: DdsTransp
     assert (twist.linear.x, twist.angular.z) == (1.0, -1.0)
 
 
-def test_pub_publishes_so_many_times_and_prints_some(topic: Graphrun, peer: DdsTransport) -> None:
+def test_pub_publishes_n_messages_and_prints_each_nth(topic: Graphrun, peer: DdsTransport) -> None:
     inbox = Inbox(peer, "/chatter", STRING)
     result = topic("pub", "-t", "5", "-r", "200", "-p", "2", "/chatter", STRING, "data: hi")
     assert re.findall(r"^publishing #(\d+): ", result.out, re.MULTILINE) == ["2", "4"]
@@ -338,7 +338,7 @@ def test_pub_reads_values_from_the_standard_input(
     assert inbox.wait(1)[0].data == "two lines\n"
 
 
-def test_echo_says_why_nothing_arrives(topic: Graphrun, peer: DdsTransport) -> None:
+def test_echo_prints_the_reason_if_no_message_arrives(topic: Graphrun, peer: DdsTransport) -> None:
     peer.writer("/chatter", STRING, QoS())
     result = topic("echo", "/chatter", "--qos-durability", "transient_local", "--timeout", "0.1")
     assert result.err.splitlines()[0] == (
@@ -378,15 +378,13 @@ def test_pub_that_waits_for_a_reader_says_how_to_leave(domain_id: int) -> None:
         assert pub.said.count("-w 0") == 1
 
 
-def test_pub_with_a_time_limit_says_nothing_of_it(topic: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pub_with_a_time_limit_prints_no_hint_to_leave(topic: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.cli.topic.PATIENCE", 0.01)
     result = topic("pub", "--once", "/cmd_vel", TWIST, "--max-wait-time-secs", "1", code=1)
     assert "-w 0" not in result.err
 
 
-def test_messages_of_ones_own_are_found_where_the_command_line_says(
-    topic: Graphrun, peer: DdsTransport, tmp_path: Path
-) -> None:
+def test_message_types_of_the_user_are_read_from_msg_path(topic: Graphrun, peer: DdsTransport, tmp_path: Path) -> None:
     (tmp_path / "my_msgs" / "msg").mkdir(parents=True)
     (tmp_path / "my_msgs" / "msg" / "Speed.msg").write_text("float32 v 0.5\n", encoding="utf-8")
     result = topic("pub", "--once", "-w", "0", "/speed", "my_msgs/Speed", "--msg-path", str(tmp_path))
@@ -483,7 +481,7 @@ STATISTICS = r"\tmin: -?\d+\.\d{3}s max: -?\d+\.\d{3}s std dev: \d+\.\d{5}s wind
     ],
     ids=["hz", "delay", "echo", "pub"],
 )
-def test_a_signal_ends_a_running_command_without_complaint(
+def test_a_signal_ends_a_running_verb_without_an_error_message(
     ticking: dict[str, str], arguments: list[str], form: str, number: signal.Signals
 ) -> None:
     with live("topic", *arguments, "--transport", "dds", "--spin-time", "20", env=ticking, out=True) as running:
@@ -504,14 +502,14 @@ def test_a_signal_ends_a_command_that_a_script_runs_in_the_background(domain_id:
         signal.signal(signal.SIGINT, before)
 
 
-def test_hz_waits_for_a_topic_and_says_so(ticking: dict[str, str]) -> None:
+def test_hz_waits_for_a_topic_with_a_warning(ticking: dict[str, str]) -> None:
     with live("topic", "hz", "/pos", "--transport", "dds", env=ticking, out=True) as running:
         assert running.hear(lambda said: said.endswith("\n"))
         assert running.stop(signal.SIGINT) == 0
     assert running.said.startswith("WARNING: topic [/pos] does not appear to be published yet\n")
 
 
-def test_hz_says_that_no_message_comes(domain_id: int) -> None:
+def test_hz_reports_missing_messages(domain_id: int) -> None:
     local = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as silent:
         silent.writer("/pose", "geometry_msgs/msg/PoseStamped", QoS())
@@ -520,7 +518,7 @@ def test_hz_says_that_no_message_comes(domain_id: int) -> None:
             assert running.stop(signal.SIGINT) == 0
 
 
-def test_echo_ends_when_who_reads_its_output_has_seen_enough(ticking: dict[str, str]) -> None:
+def test_echo_ends_when_its_pipe_is_closed(ticking: dict[str, str]) -> None:
     running = subprocess.Popen(
         command("topic", "echo", "/pose", "--transport", "dds", "--spin-time", "20"),
         env=environment(ticking),

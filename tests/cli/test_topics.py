@@ -65,7 +65,7 @@ def test_a_wide_terminal_shows_the_table_of_a_pipe() -> None:
     assert process("topics", "dd100_flat").out.splitlines()[-1] in running.said
 
 
-def test_json_says_the_same(graphrun: Graphrun) -> None:
+def test_json_has_the_topics_of_the_table(graphrun: Graphrun) -> None:
     claims = json.loads(graphrun("topics", "dd100_warehouse", "--format", "json").out)
     directions = {"publish": "pub", "subscribe": "sub"}
     told = {c["topic"]: (directions[c["direction"]], c["message_type"]) for c in claims}
@@ -85,7 +85,7 @@ def test_a_publisher_of_many_transforms_does_not_widen_the_table(graphrun: Graph
     assert max(len(claim["transforms"]) for claim in claims) == 12
 
 
-def test_a_graph_without_a_scene_says_that_namespaces_are_not_known(graphrun: Graphrun) -> None:
+def test_topics_of_a_graph_without_a_scene_have_a_note_on_namespaces(graphrun: Graphrun) -> None:
     alone = graphrun("topics", "dd100/cmd_vel")
     assert alone.lines[1].startswith("/cmd_vel ")
     assert alone.err == "the namespaces of topics are unknown without a scene; give one with --scene\n"

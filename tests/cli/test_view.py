@@ -42,7 +42,7 @@ def test_view_reports_a_difference_of_the_replay_with_the_text_of_the_command_re
         assert viewed.hear(lambda said: f"{first}\n  the recording has no such message\n" in said)
 
 
-def test_a_recording_that_was_cut_off_is_said_to_be(clock: Path) -> None:
+def test_a_recording_that_was_cut_off_is_reported(clock: Path) -> None:
     path = clock.parent / "out.mcap"
     record(path, 200, clock)
     data = path.read_bytes()
@@ -65,14 +65,14 @@ def test_modules_that_a_recording_names_are_imported_only_if_an_option_names_the
     assert "if you trust these modules, give --import strange_nodes" in result.err
 
 
-def test_a_scene_with_errors_is_told(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_errors_of_a_scene_end_the_verb(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     record(path, 3, put(tmp_path / "hall" / "graph.yaml", CLOCK))
     other = rewritten(path, manifest={"overrides": '{"Clock.queueSize": "many"}'})
     assert "queueSize" in graphrun("view", str(other), code=1, out="").err
 
 
-def test_a_port_that_is_taken_is_told(graphrun: Graphrun, clock: Path) -> None:
+def test_a_taken_port_is_reported(graphrun: Graphrun, clock: Path) -> None:
     path = clock.parent / "out.mcap"
     record(path, 3, clock)
     result = graphrun("view", str(path), "--view-host", "localhost", code=2)
@@ -94,7 +94,7 @@ def test_a_file_that_is_no_page_is_not_overwritten(graphrun: Graphrun, clock: Pa
     record(path, 3, clock)
     before = path.read_bytes()
     result = graphrun("view", str(path), "--html", str(path), code=2, out="")
-    assert "the file's name must end in .html; files with other endings are not overwritten" in result.err
+    assert "the name must end in .html; files with other endings are not overwritten" in result.err
     assert path.read_bytes() == before
 
 

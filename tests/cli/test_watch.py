@@ -43,7 +43,7 @@ def expect(run: Live, text: str) -> None:
     assert run.hear(lambda said: text in said), run.said
 
 
-def test_a_run_follows_its_files_and_prints_what_came_of_it(hall: Path, graphrun: Graphrun) -> None:
+def test_a_watched_run_reloads_changed_files_and_prints_the_changes(hall: Path, graphrun: Graphrun) -> None:
     with live("run", "hall.yaml", "--watch", "--rate", "realtime", "--record", "out.mcap", *MEMORY, cwd=hall) as run:
         expect(run, " Hz, ")
         (hall / "mine.yaml").write_text(CLOCK.replace("topicName: clock", "topicName: other"), encoding="utf-8")
@@ -63,7 +63,7 @@ def test_a_run_follows_its_files_and_prints_what_came_of_it(hall: Path, graphrun
     assert "Traceback" not in run.said
 
 
-def test_a_paused_run_follows_its_files_too(hall: Path) -> None:
+def test_a_paused_run_reloads_changed_files(hall: Path) -> None:
     with live("run", "hall.yaml", "--watch", "--paused", *MEMORY, cwd=hall) as run:
         expect(run, " Hz, ")
         (hall / "mine.yaml").unlink()

@@ -56,7 +56,7 @@ def test_another_exception_still_ends_the_run(bench: MakeBench) -> None:
         run.tick()
 
 
-def test_where_bad_values_are_to_stop_the_run_they_do(file: MakeFile) -> None:
+def test_with_the_option_stop_a_bad_value_ends_the_run(file: MakeFile) -> None:
     run = Bench(file(BRANCH), bad_values="stop").setup()
     run.tick()
     with pytest.raises(NodeError, match=r"node Refuses .* raised BadValueError: value cannot be 2.0") as caught:
@@ -64,7 +64,7 @@ def test_where_bad_values_are_to_stop_the_run_they_do(file: MakeFile) -> None:
     assert "at tick 2" in str(caught.value)
 
 
-def test_where_they_are_to_stop_a_run_that_keeps_going_they_are_faults(file: MakeFile) -> None:
+def test_with_stop_and_keep_going_a_bad_value_is_a_fault(file: MakeFile) -> None:
     run = Bench(file(BRANCH), keep_going=True, bad_values="stop").setup()
     assert run.ticks(2)[1] == ["Beside 1"]
     assert ["BadValueError" in str(fault) for fault in run.faults] == [True]
@@ -76,7 +76,7 @@ def test_a_run_that_keeps_going_drops_values_and_reports_faults(file: MakeFile) 
     assert (counts(run), run.faults) == ({"Refuses": 1}, [])
 
 
-def test_one_warning_and_then_one_at_each_doubling(bench: MakeBench) -> None:
+def test_bad_values_cause_warnings_at_counts_1_2_4_8(bench: MakeBench) -> None:
     run = bench(BRANCH.replace("bad: 2.0", "bad: 2.0, from: 2.0"))
     said: list[tuple[str, str, str]] = []
     run.services.log = lambda *message: said.append(message)

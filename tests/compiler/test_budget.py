@@ -48,12 +48,12 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("files", HOSTILE.values(), ids=HOSTILE)
-def test_too_many_nodes_of_subgraphs_are_refused_once_with_the_limit_the_count_and_the_place(
+def test_too_many_nodes_of_subgraphs_are_one_error_with_limit_counts_and_position(
     files: dict[str, str], tmp_path: Path
 ) -> None:
     (found,) = findings(tmp_path, **files)
     assert found.code == "G105"
-    assert f"more than {MAX_PARTS} parts in one graph: " in found.message
+    assert f"more than {MAX_PARTS} nodes, wires, variables and uses of subgraphs in one graph: " in found.message
     assert found.span is not None
 
 
@@ -74,7 +74,9 @@ def test_values_of_a_file_count_at_every_use(tmp_path: Path) -> None:
     assert [one.message.partition(" values")[0] for one in found] == ["more than 400000"]
 
 
-def test_graphs_of_a_scene_hold_so_much_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_graphs_of_a_scene_share_a_limit_of_nodes_wires_and_variables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(uses_of_graphs, "MAX_SCENE_PARTS", 18)  # six graphs of two nodes and a wire
     (tmp_path / "world.xml").write_text("<mujoco/>")
     (tmp_path / "g.yaml").write_text(

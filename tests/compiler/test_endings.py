@@ -29,7 +29,7 @@ def after(run: Play) -> list[str]:
     return [line for line in run.lines() if not line.startswith("Each")]
 
 
-def test_nothing_starts_there_but_what_hangs_on_the_end(bench: MakeBench) -> None:
+def test_at_an_ending_only_nodes_below_its_event_run(bench: MakeBench) -> None:
     run = bench(ENDS)
     assert run.tick() == ["Each 0"]
     run.executor.run_ending("at_stop")
@@ -83,7 +83,7 @@ def test_a_session_that_never_played_only_closes_its_graphs(play: MakePlay) -> N
     assert [line for line in after(run) if line.startswith(("Stopped", "Closed"))] == ["Closed 0"]
 
 
-def test_what_reads_the_outside_is_read_again(bench: MakeBench) -> None:
+def test_volatile_data_nodes_are_computed_again_at_an_ending(bench: MakeBench) -> None:
     run = bench(f"""
         nodes: {{Tick: Tick, Each: Do, Ticket: Ticket, Stop: {STOP}, Stopped: Do}}
         connections:
@@ -97,7 +97,7 @@ def test_what_reads_the_outside_is_read_again(bench: MakeBench) -> None:
     assert run.journal.read() == ["Stopped 3"]
 
 
-def test_a_loop_runs_to_its_end_there(bench: MakeBench) -> None:
+def test_a_loop_at_an_ending_runs_all_its_iterations(bench: MakeBench) -> None:
     run = bench(f"""
         nodes: {{Stop: {STOP}, Loop: {{type: ForLoop, inputs: {{stop: 3}}}}, Body: Do}}
         connections:
@@ -109,7 +109,7 @@ def test_a_loop_runs_to_its_end_there(bench: MakeBench) -> None:
     assert run.journal.read() == ["Body 0"] * 3
 
 
-def test_what_latent_nodes_fired_before_waits_for_the_next_tick(bench: MakeBench) -> None:
+def test_firings_of_latent_nodes_before_an_ending_wait_for_the_next_tick(bench: MakeBench) -> None:
     run = bench(f"""
         nodes: {{Go: {{type: Every, inputs: {{n: 2}}}}, Later: {{type: Stages, inputs: {{plan: '1'}}}}, Do: Do, Stop: {STOP}}}
         connections:
@@ -122,7 +122,7 @@ def test_what_latent_nodes_fired_before_waits_for_the_next_tick(bench: MakeBench
     assert [*lines, run.journal.read(), run.tick()] == [[], [], ["Do 0"], ["Do 0"]]
 
 
-def test_a_node_that_raises_at_an_end_is_told_and_nothing_else_falls(play: MakePlay) -> None:
+def test_a_node_that_raises_at_an_ending_is_reported_and_the_other_nodes_run(play: MakePlay) -> None:
     run = play(RAISES, ENDS)
     told: list[str] = []
     run.services.log = lambda severity, node, message: told.append(f"{severity}: {message}")
@@ -160,7 +160,7 @@ def test_a_push_graph_has_no_ends(bench: MakeBench) -> None:
 
 
 @pytest.mark.parametrize("ending", ["at_stop", "at_close"])
-def test_a_graph_that_has_nothing_for_an_end_does_nothing(bench: MakeBench, ending: str) -> None:
+def test_a_graph_without_events_for_an_ending_runs_no_nodes(bench: MakeBench, ending: str) -> None:
     run = bench("    nodes: {Tick: Tick, Each: Do}\n    connections: [Tick.tick -> Each.execIn]\n")
     run.tick()
     run.executor.run_ending(ending)  # type: ignore[arg-type]

@@ -58,7 +58,7 @@ def test_hz_lets_the_first_execution_at_or_after_each_period_through(
     assert [number for number in range(1, 25) if run.tick()] == expected
 
 
-def test_a_period_that_nothing_was_executed_in_is_not_made_up_for(play: MakePlay) -> None:
+def test_periods_without_an_execution_are_skipped(play: MakePlay) -> None:
     run = play(
         """
         nodes:
@@ -76,7 +76,7 @@ def test_a_graph_of_physics_steps_counts_the_time_of_steps(play: MakePlay) -> No
 
 
 @given(st.fractions(min_value="1/100", max_value=500), st.integers(1, 300), st.lists(st.booleans(), max_size=100))
-def test_hz_keeps_to_the_rule_whatever_the_rates(hz: Fraction, tick_rate: int, executed: list[bool]) -> None:
+def test_hz_follows_the_rule_at_all_rates(hz: Fraction, tick_rate: int, executed: list[bool]) -> None:
     rate, context = float(hz), RecordingContext()
     context.clock = Clock((1, tick_rate))
     gate, due = EveryHz(hz=rate), 0
@@ -111,17 +111,17 @@ def test_a_rate_that_changes_while_the_graph_runs_holds_from_there_on(
 
 
 @given(st.integers(1, 5), st.integers(0, 20))
-def test_ticks_is_the_simulation_gate(n: int, executions: int) -> None:
+def test_every_ticks_fires_like_isaac_simulation_gate(n: int, executions: int) -> None:
     ours, theirs = EveryTicks(ticks=n), IsaacSimulationGate(step=n)
     assert [bool(ours.compute()) for _ in range(executions)] == [bool(theirs.compute()) for _ in range(executions)]
 
 
-def test_once_is_the_gate_of_one_simulation_frame(bench: MakeBench) -> None:
+def test_every_once_fires_like_the_gate_of_one_simulation_frame(bench: MakeBench) -> None:
     theirs = OgnIsaacRunOneSimulationFrame()
     assert running(bench(graph("once")), 4) == [n for n in range(1, 5) if theirs.compute()]
 
 
-def test_on_an_event_it_lets_through_what_fires(bench: MakeBench) -> None:
+def test_every_on_an_event_gates_its_outputs(bench: MakeBench) -> None:
     run = bench(
         """
         nodes:
@@ -178,7 +178,7 @@ def test_a_gate_keeps_the_order_of_nodes(file: MakeFile) -> None:
     assert Bench(file(text)).setup().tick() == ["C 0", "B 0", "A 0"]
 
 
-def test_a_parameter_may_say_how_often(bench: MakeBench) -> None:
+def test_every_can_have_the_value_of_a_parameter(bench: MakeBench) -> None:
     text = "parameters: {n: {type: int, default: 2}}\n" + graph("{ticks: $(n)}").replace("\n        ", "\n")
     assert running(bench(text), 5) == [2, 4]
 
@@ -196,7 +196,7 @@ def test_a_parameter_may_say_how_often(bench: MakeBench) -> None:
         ("{rate: 3}", 26),
     ],
 )
-def test_what_is_no_pace_is_told_at_its_place(file: MakeFile, every: str, column: int) -> None:
+def test_an_illegal_value_of_every_is_an_error_at_its_position(file: MakeFile, every: str, column: int) -> None:
     findings = Findings()
     planned(file(f"nodes:\n  Do: {{type: Do, every: {every}}}\n"), findings)
     (found,) = findings.items
@@ -211,14 +211,14 @@ def test_what_is_no_pace_is_told_at_its_place(file: MakeFile, every: str, column
         ("evaluator: push\nnodes: {Tick: {type: Tick, every: once}}", "a push graph"),
     ],
 )
-def test_what_is_not_executed_has_no_pace(file: MakeFile, text: str, why: str) -> None:
+def test_every_at_a_node_that_is_not_executed_is_an_error(file: MakeFile, text: str, why: str) -> None:
     findings = Findings()
     planned(file(text), findings)
     assert [found.code for found in findings.errors] == ["G109"]
     assert why.removeprefix("a ") in findings.errors[0].message
 
 
-def test_a_subgraph_has_no_pace(file: MakeFile) -> None:
+def test_every_at_a_subgraph_is_an_error(file: MakeFile) -> None:
     findings = Findings()
     planned(file("{graph: g, nodes: {Part: {subgraph: part.yaml, every: once}}}"), findings)
     assert [found.code for found in findings.items] == ["G109"]
@@ -270,7 +270,7 @@ def test_rates_count_gates(file: MakeFile) -> None:
         ("tick", "Tick: once, A: {hz: 60}", []),
     ],
 )
-def test_a_rate_that_cannot_be_reached_is_told(file: MakeFile, runs: str, paces: str, told: list[str]) -> None:
+def test_a_rate_above_the_rate_of_passes_is_a_warning(file: MakeFile, runs: str, paces: str, told: list[str]) -> None:
     every = yaml.safe_load(f"{{{paces}}}")
     nodes = {name: {"type": kind} for name, kind in (("Tick", "Tick"), ("A", "Do"), ("B", "Do"))}
     for name, pace in every.items():
@@ -284,12 +284,10 @@ def test_a_rate_that_cannot_be_reached_is_told(file: MakeFile, runs: str, paces:
 
 
 @pytest.mark.parametrize(("runs", "rate"), [("tick", 60.0), ("physics_step", 240.0)])
-def test_what_a_graph_publishes_at_every_physics_step_is_told_to_be_as_often(
-    file: MakeFile, runs: str, rate: float
-) -> None:
+def test_a_publisher_has_the_rate_at_which_its_graph_is_executed(file: MakeFile, runs: str, rate: float) -> None:
     text = f"{{graph: g, runs: {runs}, nodes: {{T: Tick, A: Do}}, connections: [T.tick -> A.execIn]}}"
     findings = Findings()
     graph = planned(file(text), findings)
     assert graph is not None
-    claims = check.dry_setup([graph], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
+    claims = check.check_graphs([graph], DryWorld(Stage(), (1, 60), 4), findings, prims_known=False)
     assert [claim.rate for claim in claims] == [pytest.approx(rate)]

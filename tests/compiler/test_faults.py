@@ -72,7 +72,7 @@ ANNOUNCES_T2 = """
 """
 
 
-def test_r14_a_node_that_cannot_be_set_up_anew_is_named(bench: MakeBench) -> None:
+def test_r14_a_node_whose_repeated_setup_fails_is_named(bench: MakeBench) -> None:
     run = bench(ANNOUNCES_T2)
     run.tick()
     with pytest.raises(NodeError, match=r"node Announce .*this topic is forbidden") as caught:
@@ -114,12 +114,12 @@ KEEPS_GOING = """
 """
 
 
-def test_r14_a_run_that_keeps_going_does_the_same_as_another_while_nothing_raises(bench: MakeBench) -> None:
+def test_r14_keep_going_changes_nothing_while_no_node_raises(bench: MakeBench) -> None:
     quiet = KEEPS_GOING.replace("at: 2.0", "at: 0.0")
     assert bench(quiet, keep_going=True).ticks(3) == bench(quiet).ticks(3)
 
 
-def test_r11_a_loop_without_end_is_a_clear_error(bench: MakeBench) -> None:
+def test_r11_an_endless_loop_is_an_error_with_its_limit(bench: MakeBench) -> None:
     run = bench("""
         nodes: {Tick: Tick, ForLoop: {type: ForLoop, inputs: {stop: 100001}}, A: Do}
         connections:
@@ -130,7 +130,7 @@ def test_r11_a_loop_without_end_is_a_clear_error(bench: MakeBench) -> None:
         run.tick()
 
 
-def test_r11_the_bound_is_that_of_the_node_type(bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_r11_a_node_type_can_set_its_own_limit_of_iterations(bench: MakeBench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ForLoop, "max_pushes", 4)  # three iterations and finished
     run = bench("""
         nodes: {Tick: Tick, ForLoop: {type: ForLoop, inputs: {stop: 3}}, A: Do}

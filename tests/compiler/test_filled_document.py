@@ -117,7 +117,7 @@ def test_a_value_that_no_file_sets_is_reported_at_the_parameter(report: Report) 
     ("node", "at"),
     [("C", ("middle.yaml", "x")), ("D", ("middle.yaml", "x")), ("E", ("inner.yaml", '"$(label)_$(often)"'))],
 )
-def test_a_text_with_one_given_parameter_has_its_place_and_one_with_two_keeps_its_own(
+def test_a_text_with_one_given_parameter_has_the_position_of_the_value_and_a_text_with_two_its_own(
     report: Report, node: str, at: tuple[str, str]
 ) -> None:
     found = report("often: 3", INNER, MIDDLE.replace("speed: $(speed)", "label: x"))

@@ -32,7 +32,7 @@ def alternatives(node: Any, port: str) -> tuple[PortType, ...]:
 
 
 @pytest.mark.parametrize("gives", NUMBERS, ids=str)
-def test_a_converter_that_is_named_takes_the_one_type_and_gives_the_other(gives: PortType) -> None:
+def test_a_suggested_converter_has_an_input_and_an_output_of_the_two_types(gives: PortType) -> None:
     for takes in NUMBERS:
         named = re.search(r"put (To\w+) between", _number_hint(gives, takes))
         if named is None or types.conversion(gives, takes) is not None:
@@ -43,7 +43,7 @@ def test_a_converter_that_is_named_takes_the_one_type_and_gives_the_other(gives:
         assert gives.array == takes.array
 
 
-def test_an_array_at_a_scalar_input_is_indexed() -> None:
+def test_for_an_array_at_a_scalar_input_the_remedy_is_arrayindex() -> None:
     assert _number_hint(number("double[]"), number("float")) == "take an element of the array with ArrayIndex"
     assert _number_hint(number("double"), number("timecode")) == "put a converter node between them"
     assert _number_hint(number("double"), number("float")) == "put ToFloat between them"

@@ -425,7 +425,7 @@ SOME = settings(QUICK, max_examples=60)
 
 @SOME
 @given(RANDOM, st.integers(2, 12))
-def test_what_nodes_are_called_changes_nothing(folder: Path, random: Random, size: int) -> None:
+def test_names_of_nodes_do_not_affect_the_execution(folder: Path, random: Random, size: int) -> None:
     drawing = draw_graph(random, EVERYTHING, size)
     names = random.sample(NAMES, size + 1)
     path = save(folder, drawing.text(NAMES[: size + 1]))
@@ -461,7 +461,7 @@ BY_TIME = (f"{ACTION}OnPlaybackTick", f"{ACTION}OnTick", f"{ACTION}Delay", f"{AC
 
 @settings(QUICK, max_examples=80)
 @given(RANDOM, st.integers(2, 12))
-def test_the_order_of_lines_decides_nothing_but_ties(folder: Path, random: Random, size: int) -> None:
+def test_the_order_of_lines_only_decides_ties(folder: Path, random: Random, size: int) -> None:
     drawing = draw_graph(random, (*STATELESS, *BY_TIME), size, straight=True, paced=0.2)
     names = NAMES[: size + 1]
     told, here = [], random.sample(range(size + 1), size + 1)
@@ -484,7 +484,7 @@ def test_the_order_of_lines_decides_nothing_but_ties(folder: Path, random: Rando
 
 @SOME
 @given(RANDOM, st.integers(2, 20))
-def test_the_schedule_is_a_topological_order_but_for_the_wires_that_are_told_of(
+def test_the_schedule_is_a_topological_order_except_for_wires_with_a_warning(
     folder: Path, random: Random, size: int
 ) -> None:
     path = runnable(folder, random, size)
@@ -522,9 +522,7 @@ def test_a_second_play_of_any_graph_is_like_the_first(folder: Path, random: Rand
 
 @SOME
 @given(RANDOM, st.integers(2, 12))
-def test_a_graph_that_would_keep_going_does_the_same_while_nothing_raises(
-    folder: Path, random: Random, size: int
-) -> None:
+def test_keep_going_changes_nothing_in_any_graph_while_no_node_raises(folder: Path, random: Random, size: int) -> None:
     path = runnable(folder, random, size)
     if path is not None:
         keeps_going = Bench(path, keep_going=True).setup()

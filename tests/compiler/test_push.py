@@ -17,7 +17,7 @@ from tests.compiler.harness import planned
         ("nodes: {A: Do, B: Do}\nconnections: [A.execOut -> B.execIn, B.execOut -> A.execIn]", "G210"),
     ],
 )
-def test_a_circle_that_has_no_order_is_an_error(file: MakeFile, text: str, code: str) -> None:
+def test_a_cycle_in_a_push_graph_is_an_error(file: MakeFile, text: str, code: str) -> None:
     findings = Findings()
     assert planned(file(f"evaluator: push\n{text}"), findings) is None
     assert [found.code for found in findings.errors] == [code]
@@ -32,7 +32,7 @@ def test_other_evaluators_are_refused(file: MakeFile, name: str) -> None:
     assert "push" in found.message
 
 
-def test_nothing_in_a_push_graph_is_told_to_be_idle(file: MakeFile) -> None:
+def test_no_node_of_a_push_graph_is_reported_as_idle(file: MakeFile) -> None:
     from graphengine.runtime import check
 
     findings = Findings()

@@ -106,7 +106,7 @@ def test_names_from_before_isaac_sim_4_5_resolve(name: str) -> None:
         assert found.cls is default_registry().types[name]
 
 
-def test_an_old_name_is_told_and_runs(tmp_path: Path) -> None:
+def test_an_old_name_of_a_type_runs_with_a_note(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(
         "graph: a\nnodes:\n  Tick: OnPlaybackTick\n  Clock: omni.isaac.ros2_bridge.ROS2PublishClock\n"
@@ -121,7 +121,7 @@ def test_an_old_name_is_told_and_runs(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["omni.isaac.core_nodes.Nothing", "omni.isaac.", "", "Ogn", ".", "isaacsim.core.nodes."]
 )
-def test_names_that_mean_nothing(name: str) -> None:
+def test_unknown_type_names_are_not_found(name: str) -> None:
     assert default_registry().find(name) is None
     assert default_registry().suggest(name)
 
@@ -149,7 +149,7 @@ def test_a_clash_is_one_error_that_names_both() -> None:
     assert list(types_.types) == ["acme.Mine"]  # nothing of the second is half there
 
 
-def test_an_alias_clashes_too() -> None:
+def test_an_alias_that_is_taken_is_an_error() -> None:
     types_ = Registry()
     types_.add(Mine, "acme-one")
     with pytest.raises(GraphError, match=r"called 'acme\.Mine'"):
@@ -163,7 +163,7 @@ def test_a_plugin_cannot_take_the_short_name_of_a_built_in() -> None:
         types_.add(Hijack, "acme")
 
 
-def test_the_same_class_may_come_twice() -> None:
+def test_a_class_can_be_registered_twice() -> None:
     types_ = Registry()
     types_.add(Mine, "acme")
     types_.add(Mine, "acme")
@@ -205,7 +205,7 @@ def installed(monkeypatch: pytest.MonkeyPatch, *entries: Entry) -> Registry:
 
 
 @pytest.mark.usefixtures("fresh")
-def test_a_broken_plugin_takes_nobody_down(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broken_plugin_does_not_affect_other_node_types(monkeypatch: pytest.MonkeyPatch) -> None:
     found = installed(
         monkeypatch,
         Entry("acme-bad", "a_bad.nodes", ImportError("no module named 'torch'")),
@@ -228,7 +228,7 @@ def test_a_broken_plugin_takes_nobody_down(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.usefixtures("fresh")
-def test_who_misses_a_type_hears_of_the_broken_plugin(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_help_for_an_unknown_type_names_the_broken_plugin(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     installed(monkeypatch, Entry("acme-bad", "acme.nodes", ImportError("no module named 'torch'")))
     path = tmp_path / "a.yaml"
     path.write_text("graph: a\nnodes: {Arm: acme.Torch}\n")

@@ -79,9 +79,7 @@ def codes(findings: Findings) -> list[str]:
 
 
 @pytest.mark.parametrize(("source", "number"), [("doubles", "double"), ("floats", "float"), ("wholes", "int")])
-def test_a_wire_settles_a_port_of_several_types_and_what_is_coupled_with_it(
-    file: MakeFile, source: str, number: str
-) -> None:
+def test_a_wire_settles_a_union_port_and_the_ports_coupled_with_it(file: MakeFile, source: str, number: str) -> None:
     graph, findings = resolve(
         file, f"{{graph: g, nodes: {{V: Vectors, B: Break}}, connections: [V.{source} -> B.vector]}}"
     )
@@ -150,7 +148,7 @@ def test_a_wire_from_a_wired_input_carries_the_converted_value(bench: MakeBench)
     assert isinstance(run["Show"].value, float)
 
 
-def test_a_node_is_told_what_its_ports_were_settled_to_and_its_outputs_start_at_the_zero_of_it(file: MakeFile) -> None:
+def test_a_node_knows_its_settled_types_and_its_outputs_start_at_their_zero(file: MakeFile) -> None:
     graph, _ = resolve(file, "{graph: g, nodes: {V: Vectors, M: {type: Multiply, inputs: {a: {type: int, value: 2}}}}}")
     node: Any = graph.by_id("M").make_node()
     assert {field: str(settled) for field, settled in node.settled.items()} == {
@@ -184,7 +182,7 @@ def test_the_role_in_the_type_of_a_literal_does_not_matter(file: MakeFile, role:
     assert (codes(findings), types_of(graph, "B")["x"]) == ([], "double")
 
 
-def test_a_long_union_is_told_in_few_words() -> None:
+def test_the_name_of_a_long_union_is_shortened_in_messages() -> None:
     union = parse(
         "|".join(
             f"{base}{size}" for base in NUMBERS.split("|") for size in ("", "[]", "[2]", "[3]", "[2][]", "[3][]", "[4]")
@@ -258,7 +256,7 @@ def test_literals_from_which_no_ports_can_be_grown_are_an_error_at_the_inputs(fi
 # Literals
 
 
-def test_a_literal_is_taken_in_the_representation_of_its_port(file: MakeFile) -> None:
+def test_a_literal_is_converted_to_the_representation_of_its_port(file: MakeFile) -> None:
     graph, findings = resolve(file, "{graph: g, nodes: {A: {type: Do, inputs: {a: 2, inputs:b: 3}}}}")
     assert codes(findings) == []
     assert (graph.by_id("A").make_node().a, graph.by_id("A").make_node().b) == (2.0, 3.0)  # type: ignore[attr-defined]
@@ -284,7 +282,7 @@ def test_a_literal_that_is_not_legal_is_an_error_at_its_place(file: MakeFile, in
     assert (found.code, found.span and found.span.line) == (code, 5)
 
 
-def test_every_mistake_is_told_and_none_hides_the_next(file: MakeFile) -> None:
+def test_every_mistake_in_a_file_is_reported(file: MakeFile) -> None:
     _, findings = resolve(
         file,
         """
@@ -302,7 +300,7 @@ def test_every_mistake_is_told_and_none_hides_the_next(file: MakeFile) -> None:
     assert sorted(codes(findings)) == ["G201", "G203", "G204", "G205", "G206", "G207", "G211"]
 
 
-def test_what_follows_from_a_wire_that_does_not_fit_is_no_second_mistake(file: MakeFile) -> None:
+def test_a_wire_with_a_wrong_type_causes_no_second_error(file: MakeFile) -> None:
     _, findings = resolve(
         file,
         """
@@ -324,7 +322,7 @@ connections: [M.product -> A.a]
 """
 
 
-def test_what_a_graph_around_it_may_wire_is_not_missing(file: MakeFile) -> None:
+def test_a_declared_input_of_a_subgraph_is_not_reported_as_missing(file: MakeFile) -> None:
     graph, findings = resolve(file, PART.format(declared="a: N.a, b: N.b, branch: S.branch3"))
     assert codes(findings) == []
     assert list(graph.left_open) == ["N.a", "N.b"]
@@ -340,7 +338,7 @@ def test_what_a_graph_around_it_may_wire_is_not_missing(file: MakeFile) -> None:
         ("x: M a", "G202", "M a"),
     ],
 )
-def test_a_declared_port_that_means_nothing_is_told(file: MakeFile, declared: str, code: str, place: str) -> None:
+def test_a_declared_port_that_does_not_exist_is_an_error(file: MakeFile, declared: str, code: str, place: str) -> None:
     _, findings = resolve(file, PART.format(declared=f"a: N.a, b: N.b, {declared}"))
     (found,) = findings.items
     assert found.span is not None
@@ -348,7 +346,7 @@ def test_a_declared_port_that_means_nothing_is_told(file: MakeFile, declared: st
     assert (found.code, line[found.span.column - 1 :][: len(place)]) == (code, place)
 
 
-def test_a_part_is_not_run_without_what_it_is_given(file: MakeFile) -> None:
+def test_a_graph_with_open_inputs_cannot_run_alone(file: MakeFile) -> None:
     path = file("{graph: part, inputs: {angle: C.value}, nodes: {C: {type: omni.graph.nodes.Cos}}}")
     assembly = build.load(path)
     assert assembly.findings.items == []
@@ -358,7 +356,7 @@ def test_a_part_is_not_run_without_what_it_is_given(file: MakeFile) -> None:
         build.start(assembly, Network())
 
 
-def test_a_scene_cannot_use_a_part(file: MakeFile) -> None:
+def test_a_scene_that_uses_a_graph_with_open_inputs_is_an_error(file: MakeFile) -> None:
     part = file("{graph: part, inputs: {angle: C.value}, nodes: {C: {type: omni.graph.nodes.Cos}}}", "part.yaml")
     scene = part.with_name("scene.yaml")
     part.with_name("floor.xml").write_text("<mujoco/>")
@@ -368,7 +366,7 @@ def test_a_scene_cannot_use_a_part(file: MakeFile) -> None:
 
 
 @pytest.mark.parametrize("kind", ["any", "execution", "bundle", "double|float"])
-def test_a_literal_is_of_a_type_that_has_literals(file: MakeFile, kind: str) -> None:
+def test_a_type_without_literals_is_an_error_in_a_value(file: MakeFile, kind: str) -> None:
     text = (
         f"graph: g\nnodes: {{A: {{type: omni.graph.nodes.ToString, inputs: {{value: {{type: {kind}, value: 1}}}}}}}}\n"
     )
@@ -381,7 +379,7 @@ def test_a_literal_is_of_a_type_that_has_literals(file: MakeFile, kind: str) -> 
 
 
 @pytest.mark.parametrize("text", ["A.a", "g/A.a", "*/A.a", "A.inputs:a", "?.a"])
-def test_an_override_sets_the_input_that_it_means(file: MakeFile, text: str) -> None:
+def test_an_override_sets_the_matching_input(file: MakeFile, text: str) -> None:
     override = Override.parse(text, 5)
     graph, findings = resolve(file, "{graph: g, nodes: {A: {type: Do, inputs: {a: 1.0}}, BB: Do}}", override)
     assert codes(findings) == []
@@ -391,7 +389,7 @@ def test_an_override_sets_the_input_that_it_means(file: MakeFile, text: str) -> 
 
 
 @pytest.mark.parametrize("text", ["B.a", "other/A.a", "A.c", "A.sum", "A.execIn", "robot/g/A.a"])
-def test_an_override_that_means_nothing_is_left_unused(file: MakeFile, text: str) -> None:
+def test_an_override_without_a_matching_input_stays_unused(file: MakeFile, text: str) -> None:
     override = Override.parse(text, 5)
     resolve(file, "{graph: g, nodes: {A: Do}}", override)
     assert not override.used
@@ -400,7 +398,7 @@ def test_an_override_that_means_nothing_is_left_unused(file: MakeFile, text: str
 @pytest.mark.parametrize(
     ("every", "text"), [("{hz: 20}", "A.every.hz"), ("{ticks: 2}", "g/A.every.ticks"), ("{ticks: 2}", "*.ticks")]
 )
-def test_an_override_may_say_how_often_a_node_is_executed(file: MakeFile, every: str, text: str) -> None:
+def test_an_override_can_set_the_value_of_every(file: MakeFile, every: str, text: str) -> None:
     override = Override.parse(text, 5)
     graph, findings = resolve(
         file,
@@ -413,7 +411,7 @@ def test_an_override_may_say_how_often_a_node_is_executed(file: MakeFile, every:
 
 
 @pytest.mark.parametrize(("text", "value"), [("A.every.hz", 0), ("A.every.hz", 20_000), ("A.every.hz", float("inf"))])
-def test_an_override_of_how_often_keeps_to_what_a_file_may_say(file: MakeFile, text: str, value: float) -> None:
+def test_an_override_of_every_has_the_bounds_of_the_file(file: MakeFile, text: str, value: float) -> None:
     _, findings = resolve(
         file,
         "{graph: g, nodes: {T: Tick, A: {type: Do, every: {hz: 1}}}, connections: [T.tick -> A.execIn]}",

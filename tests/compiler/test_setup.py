@@ -9,7 +9,7 @@ from tests.compiler.conftest import MakeBench, MakeFile
 from tests.compiler.harness import Bench
 
 
-def test_what_a_node_was_handed_is_closed_before_it_is_set_up_again(bench: MakeBench) -> None:
+def test_endpoints_of_a_node_are_closed_before_its_next_setup(bench: MakeBench) -> None:
     run = bench("""
         nodes: {Tick: Tick, Spell: Spell, Announce: Announce}
         connections:
@@ -33,7 +33,7 @@ def test_a_setup_that_fails_names_its_node(file: MakeFile) -> None:
         run.setup()
 
 
-def test_a_setup_that_fails_does_not_keep_the_others_from_theirs_when_somebody_listens(file: MakeFile) -> None:
+def test_with_a_fault_handler_other_nodes_are_set_up_after_a_setup_fails(file: MakeFile) -> None:
     run = Bench(
         file("""
         nodes:

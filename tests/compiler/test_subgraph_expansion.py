@@ -37,19 +37,19 @@ PARAMETERS = """
 """
 
 
-def test_a_value_that_is_nothing_else_keeps_the_type_of_its_parameter(file: MakeFile) -> None:
+def test_a_value_that_is_only_a_parameter_keeps_the_type_of_the_parameter(file: MakeFile) -> None:
     graph, findings = resolve(file(PARAMETERS))
     assert findings == []
     assert literal(graph, "A", "a") == 1.0
 
 
-def test_inside_of_a_text_parameters_are_written_out_and_two_dollars_are_one(file: MakeFile) -> None:
+def test_parameters_within_a_text_become_text_and_two_dollars_become_one(file: MakeFile) -> None:
     graph, _ = resolve(file(PARAMETERS))
     assert literal(graph, "T", "a") == "/dd100/Geometry"
     assert literal(graph, "T", "b") == "scan_1.0_$(name)"
 
 
-def test_whoever_uses_the_graph_gives_other_values(file: MakeFile) -> None:
+def test_a_use_of_a_graph_can_set_other_values(file: MakeFile) -> None:
     graph, findings = resolve(file(PARAMETERS), speed=2, robot="/other", name="odom")
     assert findings == []
     assert literal(graph, "A", "a") == 2.0
@@ -75,7 +75,7 @@ def test_an_unknown_parameter_is_an_error_at_its_place_with_the_nearest_name(fil
     assert found.help == ("did you mean 'speed'?",)
 
 
-def test_parameters_are_not_filled_in_into_keys_and_types(file: MakeFile) -> None:
+def test_parameters_in_keys_and_types_are_not_replaced(file: MakeFile) -> None:
     _, findings = resolve(file("graph: g\nparameters: {kind: {type: string, default: Do}}\nnodes:\n  A: $(kind)\n"))
     assert [found.code for found in findings] == ["G201"]
 
@@ -167,7 +167,7 @@ def through(finding: Finding) -> list[str]:
         ("First.sum -> Second.a", "Second.execOut -> First.execIn", "G210", 8),
     ],
 )
-def test_a_mistake_inside_is_told_where_it_was_written_and_says_through_which_instance(
+def test_a_mistake_in_a_subgraph_is_reported_at_its_position_with_the_instance(
     file: MakeFile, before: str, after: str, code: str, line: int
 ) -> None:
     findings = [finding for finding in tell(file, INNER.replace(before, after)) if finding.code == code]
@@ -175,18 +175,18 @@ def test_a_mistake_inside_is_told_where_it_was_written_and_says_through_which_in
     assert [through(finding) for finding in findings] == [["in subgraph One"], ["in subgraph Two"]]
 
 
-def test_a_declared_port_that_leads_nowhere_is_told_where_it_was_declared(file: MakeFile) -> None:
+def test_a_declared_port_of_an_unknown_node_is_an_error_at_its_declaration(file: MakeFile) -> None:
     found = tell(file, INNER.replace("sum: Second.sum", "sum: Third.sum"))[0]
     assert (found.code, place(found)) == ("G203", ("inner.yaml", 3))
 
 
 @pytest.mark.parametrize("declared", ["Second", "Second.a.b", "-> Second.sum", ""])
-def test_a_declared_port_that_is_none_is_told_where_it_was_declared(file: MakeFile, declared: str) -> None:
+def test_a_malformed_declared_port_is_an_error_at_its_declaration(file: MakeFile, declared: str) -> None:
     found = tell(file, INNER.replace("sum: Second.sum", f"sum: '{declared}'"))[0]
     assert (found.code, place(found)) == ("G202", ("inner.yaml", 3))
 
 
-def test_a_port_that_a_subgraph_does_not_declare_is_told_at_the_wire(file: MakeFile) -> None:
+def test_an_undeclared_port_of_a_subgraph_is_an_error_at_the_wire(file: MakeFile) -> None:
     found = tell(file, INNER, OUTER.replace("One.sum", "One.total"))[0]
     assert (found.code, place(found)) == ("G204", ("outer.yaml", 11))
 
@@ -216,7 +216,7 @@ def test_a_value_from_outside_takes_the_place_of_one_inside(file: MakeFile) -> N
     ("value", "code", "column"),
     [("speed: fast", "G211", 47), ("sped: 5", "G204", 40), ("go: 1", "G211", 40), ("speed: [1, fast]", "G211", 47)],
 )
-def test_a_wrong_value_for_a_subgraphs_input_is_told_where_it_was_written(
+def test_a_wrong_value_for_an_input_of_a_subgraph_is_an_error_at_the_value(
     file: MakeFile, value: str, code: str, column: int
 ) -> None:
     found = tell(file, INNER, SET.replace("speed: 5", value))[0]
@@ -261,7 +261,7 @@ def test_each_use_of_a_subgraph_gives_values_for_its_parameters(file: MakeFile) 
         ("label: $(sid)", "G111", "$(sid)"),
     ],
 )
-def test_a_wrong_value_for_a_subgraphs_parameter_is_told_once_where_it_was_written(
+def test_a_wrong_value_for_a_parameter_of_a_subgraph_is_one_error_at_the_value(
     file: MakeFile, given: str, code: str, underlined: str
 ) -> None:
     file(SCALED, "scaled.yaml")
@@ -280,7 +280,7 @@ def test_parameters_of_a_node_that_is_no_subgraph_are_an_error(file: MakeFile) -
     )
 
 
-def test_a_value_and_a_wire_into_one_input_of_a_subgraph_are_told(file: MakeFile) -> None:
+def test_a_value_and_a_wire_at_one_input_of_a_subgraph_are_a_warning(file: MakeFile) -> None:
     found = tell(
         file, INNER, OUTER.replace("Two: {subgraph: inner.yaml}", "Two: {subgraph: inner.yaml, inputs: {speed: 1}}")
     )
@@ -310,7 +310,7 @@ def test_an_input_of_a_subgraph_leads_to_all_ports_that_it_names(file: MakeFile)
 
 
 @pytest.mark.parametrize("declared", ["[]", "[First.execIn, nonsense]", "[First.execIn, 'A.b.c']"])
-def test_an_input_that_names_no_port_is_told_where_it_was_declared(declared: str, file: MakeFile) -> None:
+def test_a_declared_input_without_ports_is_an_error_at_its_declaration(declared: str, file: MakeFile) -> None:
     path = file(SHARED.replace("[First.execIn, Second.execIn]", declared), "shared.yaml")
     assert [finding.code for finding in resolve(path)[1]] == ["G202"]
 
@@ -354,7 +354,7 @@ def test_ports_of_a_subgraph_lead_into_another_subgraph(file: MakeFile) -> None:
     assert run.tick() == ["First 1", "Second 2", "First 10", "Second 11"]
 
 
-def test_a_mistake_two_subgraphs_deep_says_through_which_both(file: MakeFile) -> None:
+def test_a_mistake_two_subgraphs_deep_is_reported_with_both_instances(file: MakeFile) -> None:
     file(MIDDLE.replace("speed: Inner.speed", "speed: Inner.sped"), "middle.yaml")
     outer = "{graph: o, nodes: {T: Tick, A: {subgraph: middle.yaml}}, connections: [T.number -> A.speed]}"
     found = tell(file, INNER, outer)[0]
@@ -401,21 +401,21 @@ def test_each_use_of_a_subgraph_has_variables_of_its_own(file: MakeFile) -> None
     assert run.findings.items == []
 
 
-def test_a_subgraph_without_a_variable_means_that_of_the_graph_around_it(file: MakeFile) -> None:
+def test_a_subgraph_without_a_variable_uses_the_variable_of_the_graph_around_it(file: MakeFile) -> None:
     file(STORE.replace("variables: {speed: {type: double, default: 1}}", "doc: none"), "store.yaml")
     run = Bench(file(STORES, "outer.yaml")).setup()
     assert run.tick()[-1] == "Show 4"
     assert list(run.variables) == ["speed"]
 
 
-def test_a_wrong_default_of_a_subgraphs_variable_is_told_where_it_was_declared(file: MakeFile) -> None:
+def test_a_wrong_default_of_a_variable_of_a_subgraph_is_an_error_at_the_default(file: MakeFile) -> None:
     file(STORE.replace("default: 1", "default: fast"), "store.yaml")
     findings = Findings()
     planned(file("{graph: o, nodes: {A: {subgraph: store.yaml}}}", "o.yaml"), findings)
     assert [(found.code, place(found)) for found in findings.errors] == [("G211", ("store.yaml", 2))]
 
 
-def test_a_subgraph_that_is_not_there_is_told_at_its_name(file: MakeFile) -> None:
+def test_a_missing_subgraph_file_is_an_error_at_its_name(file: MakeFile) -> None:
     found = tell(file, INNER, "{graph: outer, nodes: {One: {subgraph: innr.yaml}}}")[0]
     assert (found.code, place(found)) == ("G214", ("outer.yaml", 1))
 
@@ -458,7 +458,7 @@ def test_a_malformed_wire_is_an_error_at_its_place(file: MakeFile, wire: str) ->
     assert [(found.code, place(found)) for found in findings] == [("G202", ("g.yaml", 4))]
 
 
-def test_sides_may_be_written(file: MakeFile) -> None:
+def test_ends_of_wires_can_state_the_side_of_the_port(file: MakeFile) -> None:
     graph, findings = resolve(
         file("""
         nodes: {A: Do, B: Do}

@@ -48,7 +48,7 @@ def spoken(path: Path, data: bytes) -> bytes:
     return answer
 
 
-def test_a_client_asks_as_often_as_it_likes(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_a_client_can_send_any_number_of_requests(ticking: MakeTicking, runtime: Runtime) -> None:
     with reachable(ticking, runtime), Client(find(environment=runtime)) as client:
         assert client.ask("step", {"ticks": 3}) is None
         assert client.ask("state")["tick"] == 3
@@ -57,7 +57,7 @@ def test_a_client_asks_as_often_as_it_likes(ticking: MakeTicking, runtime: Runti
         assert client.ask("state")["tick"] == 3
 
 
-def test_several_clients_are_answered_at_once(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_several_clients_get_responses_at_the_same_time(ticking: MakeTicking, runtime: Runtime) -> None:
     with reachable(ticking, runtime):
         entry = find(environment=runtime)
         with Client(entry) as one, Client(entry) as other:
@@ -65,7 +65,7 @@ def test_several_clients_are_answered_at_once(ticking: MakeTicking, runtime: Run
             assert other.ask("state") == one.ask("state")
 
 
-def test_what_is_asked_is_a_line_and_so_is_the_answer(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_requests_and_responses_are_single_lines(ticking: MakeTicking, runtime: Runtime) -> None:
     with reachable(ticking, runtime) as (_, channel):
         asked = b'{"command": "step", "arguments": {"ticks": 2}}\n{"command": "stp"}\n{"command": "state"}\n'
         done, refused, state = map(json.loads, spoken(channel.path, asked).splitlines())
@@ -91,14 +91,16 @@ def test_what_is_asked_is_a_line_and_so_is_the_answer(ticking: MakeTicking, runt
         b'{"command": "play"}',
     ],
 )
-def test_who_sends_garbage_is_hung_up_on_and_no_other(ticking: MakeTicking, runtime: Runtime, garbage: bytes) -> None:
+def test_only_the_client_with_a_malformed_request_is_disconnected(
+    ticking: MakeTicking, runtime: Runtime, garbage: bytes
+) -> None:
     with reachable(ticking, runtime) as (run, channel), Client(find(environment=runtime)) as client:
         assert spoken(channel.path, garbage) == b""
         assert client.ask("state")["state"] == "paused"
         assert run.error is None
 
 
-def test_who_says_half_a_line_and_no_more_is_hung_up_on(
+def test_a_client_that_sends_half_a_line_is_disconnected(
     ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(lines, "PATIENCE", 0.01)
@@ -108,7 +110,7 @@ def test_who_says_half_a_line_and_no_more_is_hung_up_on(
         assert stranger.recv(1) == b""
 
 
-def test_a_line_that_arrives_a_byte_at_a_time_has_no_more_time_than_others(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_line_that_arrives_byte_by_byte_has_the_same_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
     class Dripping:
         """A connection that takes a second a byte."""
 
@@ -128,7 +130,7 @@ def test_a_line_that_arrives_a_byte_at_a_time_has_no_more_time_than_others(monke
     assert drip.now <= lines.PATIENCE + 2.0
 
 
-def test_idle_clients_do_not_lock_the_socket(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_idle_clients_do_not_block_new_clients(ticking: MakeTicking, runtime: Runtime) -> None:
     with reachable(ticking, runtime) as (_, channel), contextlib.ExitStack() as crowd:
         entry = runs.Entry("hall", os.getpid(), channel.path)
         busy = crowd.enter_context(Client(entry))
@@ -142,7 +144,7 @@ def test_idle_clients_do_not_lock_the_socket(ticking: MakeTicking, runtime: Runt
         assert [found.path for found in runs.running(runtime)] == [channel.path]
 
 
-def test_where_all_clients_wait_for_an_answer_the_next_is_refused_with_the_reason(
+def test_if_all_clients_wait_for_responses_the_next_client_is_refused_with_the_reason(
     ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(channels, "MAX_CLIENTS", 1)
@@ -165,7 +167,7 @@ def test_where_all_clients_wait_for_an_answer_the_next_is_refused_with_the_reaso
             assert asked.result(PATIENCE) == 1
 
 
-def test_a_client_that_gets_no_thread_is_refused_with_the_reason_and_the_next_is_served(
+def test_without_a_thread_a_client_is_refused_with_the_reason_but_not_the_next(
     ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     start = threading.Thread.start
@@ -182,7 +184,7 @@ def test_a_client_that_gets_no_thread_is_refused_with_the_reason_and_the_next_is
         assert b"result" in spoken(channel.path, b'{"command": "state"}\n')
 
 
-def test_a_run_that_ends_answers_first(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_close_sends_outstanding_responses(ticking: MakeTicking, runtime: Runtime) -> None:
     run = Controlled(ticking().session, paused=True)
     with Channel(run.queue, "hall", runtime), Client(find(environment=runtime)) as client:
         assert client.ask("quit") is None
@@ -194,7 +196,7 @@ def test_a_run_that_ends_answers_first(ticking: MakeTicking, runtime: Runtime) -
 # Which runs there are
 
 
-def test_the_socket_is_its_users_alone_and_is_gone_at_the_end(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_the_socket_is_private_to_its_user_and_removed_at_the_end(ticking: MakeTicking, runtime: Runtime) -> None:
     with reachable(ticking, runtime, "my scene/1") as (_, channel):
         assert channel.path.name == f"my_scene_1.{os.getpid()}"
         assert stat.S_IMODE(channel.path.parent.stat().st_mode) == 0o700
@@ -202,7 +204,7 @@ def test_the_socket_is_its_users_alone_and_is_gone_at_the_end(ticking: MakeTicki
     assert list(channel.path.parent.iterdir()) == []
 
 
-def test_what_a_killed_run_left_behind_is_removed_by_who_looks_next(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_the_next_search_removes_the_socket_of_a_killed_run(ticking: MakeTicking, runtime: Runtime) -> None:
     left = format_folder.folder(runtime) / "killed.1"
     with socket.socket(socket.AF_UNIX) as killed:
         killed.bind(str(left))
@@ -211,14 +213,14 @@ def test_what_a_killed_run_left_behind_is_removed_by_who_looks_next(ticking: Mak
     assert not left.exists()
 
 
-def test_other_files_in_the_folder_are_left_alone(runtime: Runtime) -> None:
+def test_other_files_in_the_folder_are_not_removed(runtime: Runtime) -> None:
     other = format_folder.folder(runtime) / "notes.txt"
     other.write_text("mine", encoding="utf-8")
     assert runs.running(runtime) == []
     assert other.exists()
 
 
-def test_of_several_runs_one_has_to_be_named(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_with_several_runs_a_name_is_required(ticking: MakeTicking, runtime: Runtime) -> None:
     with reachable(ticking, runtime, "hall"), reachable(ticking, runtime, "yard"):
         with pytest.raises(UsageError) as caught:
             find(environment=runtime)
@@ -229,14 +231,14 @@ def test_of_several_runs_one_has_to_be_named(ticking: MakeTicking, runtime: Runt
             find("yarn", runtime)
 
 
-def test_where_nothing_runs_that_is_said(runtime: Runtime) -> None:
+def test_without_a_run_the_error_says_so(runtime: Runtime) -> None:
     with pytest.raises(ControlError, match="no run to control") as caught:
         find(environment=runtime)
     assert str(caught.value).endswith(f"\n  looked in {runtime['XDG_RUNTIME_DIR']}/graphrun")
 
 
 @pytest.mark.parametrize("kind", ["open to others", "a link", "a file"])
-def test_a_folder_that_is_not_the_users_alone_is_not_used(runtime: Runtime, kind: str) -> None:
+def test_a_folder_that_other_users_can_access_is_refused(runtime: Runtime, kind: str) -> None:
     folder = Path(runtime["XDG_RUNTIME_DIR"]) / "graphrun"
     if kind == "a link":
         folder.symlink_to(runtime["XDG_RUNTIME_DIR"])
@@ -250,7 +252,7 @@ def test_a_folder_that_is_not_the_users_alone_is_not_used(runtime: Runtime, kind
 
 
 @pytest.mark.parametrize("runtime_folder", ["", "relative", "/nowhere/at/all"])
-def test_without_a_runtime_folder_there_is_one_among_the_temporary_files(
+def test_without_a_runtime_folder_the_sockets_are_in_the_temporary_folder(
     runtime: Runtime, monkeypatch: pytest.MonkeyPatch, runtime_folder: str
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", runtime["XDG_RUNTIME_DIR"])
@@ -260,7 +262,7 @@ def test_without_a_runtime_folder_there_is_one_among_the_temporary_files(
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
-def test_who_does_not_know_the_runtime_folder_finds_the_same_runs(
+def test_a_process_without_the_variable_finds_the_same_runs(
     ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(format_folder, "RUNTIME", runtime["XDG_RUNTIME_DIR"])
@@ -273,7 +275,7 @@ def test_who_does_not_know_the_runtime_folder_finds_the_same_runs(
             assert find("hall", {"XDG_RUNTIME_DIR": str(users)}).pid == os.getpid()
 
 
-def test_a_path_that_is_too_long_for_a_socket_is_told(ticking: MakeTicking, runtime: Runtime) -> None:
+def test_a_too_long_path_of_a_socket_is_an_error(ticking: MakeTicking, runtime: Runtime) -> None:
     long = Path(runtime["XDG_RUNTIME_DIR"]) / ("x" * 100)
     long.mkdir()
     with controlled(ticking().session, paused=True) as run, pytest.raises(ControlError, match="too long"):

@@ -21,14 +21,14 @@ RAISES = """
 """
 
 
-def test_another_thread_asks_and_is_answered(ticking: MakeTicking) -> None:
+def test_a_command_from_another_thread_gets_its_result(ticking: MakeTicking) -> None:
     with controlled(ticking().session, paused=True) as run:
         state = run.ask("state")
     begun = {"state": "paused", "time": 0.0, "tick": 0, "tick_period": 0.25, "rate": "max"}
     assert state == begun | {"robots": [], "objects": []}
 
 
-def test_commands_are_done_in_the_order_in_which_they_came(ticking: MakeTicking) -> None:
+def test_commands_are_executed_in_order_of_arrival(ticking: MakeTicking) -> None:
     run = ticking()
     queue = CommandQueue()
     asked = [queue.submit(name) for name in ("play", "state", "pause", "state", "stop", "state")]
@@ -36,7 +36,7 @@ def test_commands_are_done_in_the_order_in_which_they_came(ticking: MakeTicking)
     assert [answer.result(0)["state"] for answer in asked[1::2]] == ["playing", "paused", "stopped"]
 
 
-def test_what_is_asked_for_meanwhile_waits_for_the_next_tick(ticking: MakeTicking) -> None:
+def test_a_command_during_serve_waits_for_the_next_tick(ticking: MakeTicking) -> None:
     queue, asked = CommandQueue(), list[Future[Any]]()
     first = queue.submit("play")
     first.add_done_callback(lambda _: asked.append(queue.submit("state")))
@@ -47,7 +47,7 @@ def test_what_is_asked_for_meanwhile_waits_for_the_next_tick(ticking: MakeTickin
     assert asked[0].result(0)["state"] == "playing"
 
 
-def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> None:
+def test_ticks_continue_during_a_flood_of_commands(ticking: MakeTicking) -> None:
     now = [0.0]
     queue, session = CommandQueue(lambda: now[0]), ticking().session
 
@@ -60,7 +60,7 @@ def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> No
         assert [answer.done() for answer in asked].count(True) == done
 
 
-def test_a_command_that_is_refused_leaves_the_run_going(ticking: MakeTicking) -> None:
+def test_a_refused_command_does_not_end_the_run(ticking: MakeTicking) -> None:
     with controlled(ticking().session, paused=True) as run:
         with pytest.raises(UsageError, match="cannot have robots"):
             run.ask("spawn", name="late", use={"use": "robots/dd100.yaml"})
@@ -74,7 +74,7 @@ def fail(_: SessionCore) -> None:
     raise KeyError("left out")
 
 
-def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: MakeTicking) -> None:
+def test_an_internal_error_in_a_command_is_logged_and_does_not_end_the_run(ticking: MakeTicking) -> None:
     session, told = ticking().session, list[tuple[str, str, str]]()
     session.services.log = lambda *entry: told.append(entry)
     with controlled(session, paused=True) as run:
@@ -88,14 +88,14 @@ def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: Mak
     assert "test_command_queue.py" in entry[2]
 
 
-def test_what_was_cancelled_in_time_is_not_done(ticking: MakeTicking) -> None:
+def test_a_command_that_was_cancelled_in_time_is_not_executed(ticking: MakeTicking) -> None:
     session, queue = ticking().session, CommandQueue()
     assert queue.submit("play").cancel()
     queue.serve(session)
     assert session.state == "stopped"
 
 
-def test_more_than_can_wait_are_refused() -> None:
+def test_commands_beyond_the_limit_are_refused() -> None:
     queue = CommandQueue()
     waiting = [queue.submit("play") for _ in range(MAX_WAITING)]
     with pytest.raises(StateError, match="the queue is full"):
@@ -106,7 +106,7 @@ def test_more_than_can_wait_are_refused() -> None:
 # Single ticks
 
 
-def test_single_ticks_are_done_when_they_ran_and_the_session_waits_again(ticking: MakeTicking) -> None:
+def test_the_command_step_is_complete_after_its_last_tick(ticking: MakeTicking) -> None:
     run = ticking()
     with controlled(run.session, paused=True) as outside:
         outside.ask("step", ticks=5)
@@ -114,27 +114,27 @@ def test_single_ticks_are_done_when_they_ran_and_the_session_waits_again(ticking
     assert run.lines() == [f"Show {n / 4:g}" for n in range(1, 6)]
 
 
-def test_whoever_asked_for_the_last_ticks_of_a_run_is_told(ticking: MakeTicking) -> None:
+def test_the_last_ticks_of_a_run_complete_their_command(ticking: MakeTicking) -> None:
     with controlled(ticking().session, seconds=1.0, paused=True) as run:
         run.ask("step", ticks=4)
         run.end()
         assert run.error is None
 
 
-def test_a_stopped_session_can_do_single_ticks(ticking: MakeTicking) -> None:
+def test_a_stopped_session_can_run_single_ticks(ticking: MakeTicking) -> None:
     with controlled(ticking().session) as run:
         run.ask("stop")
         run.ask("step", ticks=2)
         assert (run.ask("state")["state"], run.ask("state")["tick"]) == ("paused", 2)
 
 
-def test_a_session_that_plays_does_no_single_ticks(ticking: MakeTicking) -> None:
+def test_a_playing_session_refuses_the_command_step(ticking: MakeTicking) -> None:
     with controlled(ticking().session) as run, pytest.raises(StateError, match="pause it before running single ticks"):
         run.ask("step")
 
 
 @pytest.mark.parametrize("other", ["pause", "stop", "play", "reset"])
-def test_single_ticks_are_cut_short_by_what_ends_them(ticking: MakeTicking, other: str) -> None:
+def test_commands_that_end_single_ticks_cancel_the_rest(ticking: MakeTicking, other: str) -> None:
     session, queue = ticking().session, CommandQueue()
     steps = queue.submit("step", {"ticks": 1_000_000})
     queue.serve(session)
@@ -149,7 +149,7 @@ def test_single_ticks_are_cut_short_by_what_ends_them(ticking: MakeTicking, othe
         steps.result(0)
 
 
-def test_a_node_that_raises_in_a_single_tick_ends_the_run_and_says_so(ticking: MakeTicking) -> None:
+def test_an_error_in_a_single_tick_ends_the_run_and_fails_the_command(ticking: MakeTicking) -> None:
     with controlled(ticking(RAISES).session, paused=True) as run:
         run.ask("step")
         with pytest.raises(StateError, match=r"node Raise .*it was to be expected"):
@@ -161,7 +161,7 @@ def test_a_node_that_raises_in_a_single_tick_ends_the_run_and_says_so(ticking: M
 # The end
 
 
-def test_after_the_end_nothing_is_taken_and_nobody_waits_for_ever(ticking: MakeTicking) -> None:
+def test_after_close_all_commands_fail(ticking: MakeTicking) -> None:
     session = ticking().session
     session.queue = queue = CommandQueue()
     waiting = queue.submit("play")
@@ -172,20 +172,20 @@ def test_after_the_end_nothing_is_taken_and_nobody_waits_for_ever(ticking: MakeT
             answer.result(0)
 
 
-def test_a_run_that_is_quit_ends(ticking: MakeTicking) -> None:
+def test_the_command_quit_ends_the_run(ticking: MakeTicking) -> None:
     with controlled(ticking().session, paused=True) as run:
         run.ask("quit")
         run.end()
         assert run.error is None
 
 
-def test_a_queue_that_waits_can_be_woken() -> None:
+def test_wake_ends_a_wait() -> None:
     queue = CommandQueue()
     threading.Timer(0.01, queue.wake).start()
     queue.wait(10 * PATIENCE)  # it would hang for as long
 
 
-def test_waiting_ends_when_something_is_asked_for(ticking: MakeTicking) -> None:
+def test_a_command_ends_a_wait(ticking: MakeTicking) -> None:
     queue, session = CommandQueue(), ticking().session
     threading.Timer(0.01, queue.submit, ("play",)).start()
     queue.wait(10 * PATIENCE)

@@ -74,7 +74,8 @@ def test_arguments_are_json_values() -> None:
 
 def test_recordings_contain_the_commands_that_change_the_simulation() -> None:
     recorded = {name for name, command in COMMANDS.items() if command.recorded}
-    assert set(COMMANDS) - recorded == {"play", "pause", "step", "rate", "state", "clearance", "topics", "view", "quit"}
+    unrecorded = {"play", "pause", "step", "rate", "state", "clearance", "topics", "why", "view", "quit"}
+    assert set(COMMANDS) - recorded == unrecorded | {"save", "place", "undo", "redo"}  # whose reload is recorded
 
 
 def test_a_stopped_session_cannot_be_paused(ticking: MakeTicking) -> None:

@@ -135,7 +135,7 @@ def sim(tmp_path: Path) -> Iterator[Parameters]:
         yield running
 
 
-def test_inputs_and_variables_belong_to_the_robot_and_the_speed_of_time_to_the_session(sim: Parameters) -> None:
+def test_a_robots_node_has_inputs_and_variables_and_the_sessions_node_the_real_time_factor(sim: Parameters) -> None:
     assert list(sim.to(SCENE, "list_parameters").result.names) == ["real_time_factor", "use_sim_time"]
     names = sim.to(BOT, "list_parameters").result.names
     assert {SPEED, RADIUS, LIMIT, "use_sim_time"} <= set(names)
@@ -159,7 +159,7 @@ def test_types_values_and_descriptors_are_those_of_the_ports(sim: Parameters) ->
     assert [sim.value(name) for name in names] == [1.5, 0.0, True, None]
     speed, limit, stamps, unknown = sim.to(BOT, "describe_parameters", names=names).descriptors
     assert (limit.name, limit.type) == (LIMIT, ParameterType.DOUBLE)
-    assert limit.description == "largest speed of the base; 0 means no limit [m/s]"
+    assert limit.description == "largest speed of the base; 0: no limit [m/s]"
     assert (speed.read_only, stamps.read_only, unknown.type) == (False, True, 0)
 
 
@@ -180,7 +180,7 @@ def test_a_descriptor_has_the_range_of_a_number_with_limits(
 
 
 @pytest.mark.parametrize("value", [0.5, 2, "1e-5", math.inf])
-def test_a_set_value_is_got_and_announced(sim: Parameters, value: Any) -> None:
+def test_a_set_value_can_be_read_and_is_announced(sim: Parameters, value: Any) -> None:
     assert sim.put({LIMIT: value}) == [""]
     assert sim.value(LIMIT) == float(value)
     assert eventually(lambda: sim.heard() == [([], {LIMIT: float(value)}, [])])
@@ -212,7 +212,7 @@ def test_a_refused_value_has_a_reason_and_does_not_affect_the_others(
     assert (sim.value(RADIUS), sim.value(SPEED), sim.value(LIMIT)) == (0.2, 3.0, 0.0)
 
 
-def test_of_an_atomic_set_all_or_nothing_is_done(sim: Parameters) -> None:
+def test_an_atomic_set_changes_all_parameters_or_none(sim: Parameters) -> None:
     good = [given(RADIUS, 0.2), given(SPEED, 3.0), given("use_sim_time", True)]
     refused = sim.to(BOT, "set_parameters_atomically", parameters=[*good, given(LIMIT, "fast")]).result
     assert (refused.successful, sim.value(RADIUS), sim.value(SPEED)) == (False, 0.1, 1.5)
@@ -245,13 +245,13 @@ def test_an_array_that_an_atomic_set_changed_is_set_back_and_recorded(
     assert [json.loads(text)["value"] for text in recorded] == [[3.0], [1.0, 2.0]]
 
 
-def test_nothing_is_done_where_nothing_is_asked_for(sim: Parameters) -> None:
+def test_an_empty_request_changes_nothing(sim: Parameters) -> None:
     assert sim.put({}) == []
     assert sim.to(BOT, "set_parameters_atomically").result.successful
     assert sim.heard() == []
 
 
-def test_a_request_with_too_many_parameters_is_refused_whole(sim: Parameters) -> None:
+def test_a_request_with_too_many_parameters_changes_none(sim: Parameters) -> None:
     many = [given(RADIUS, 1.0)] * (MAX_REQUEST + 1)
     (result,) = sim.to(BOT, "set_parameters", parameters=many).results
     assert not result.successful
@@ -260,7 +260,7 @@ def test_a_request_with_too_many_parameters_is_refused_whole(sim: Parameters) ->
     assert sim.value(RADIUS) == 0.1
 
 
-def test_a_request_with_too_many_names_is_answered_empty(sim: Parameters) -> None:
+def test_a_request_with_too_many_names_gets_an_empty_response(sim: Parameters) -> None:
     names = [RADIUS] * (MAX_REQUEST + 1)
     assert len(sim.to(BOT, "get_parameters", names=names[1:]).values) == MAX_REQUEST
     assert not len(sim.to(BOT, "get_parameters", names=names).values)
@@ -275,7 +275,7 @@ def test_similar_names_are_suggested_for_the_first_three_failures(sim: Parameter
     assert all("unknown parameter" in reason for reason in reasons)
 
 
-def test_commands_of_others_are_announced_too(sim: Parameters) -> None:
+def test_changes_by_other_commands_are_announced(sim: Parameters) -> None:
     sim.run.ask("set", address="Control.maxLinearSpeed", value=0.25)
     assert eventually(lambda: sim.heard() == [([], {LIMIT: 0.25}, [])])
     sim.run.ask("rate", factor=0.5)
@@ -308,7 +308,7 @@ def test_a_reset_keeps_inputs_and_returns_variables(sim: Parameters) -> None:
     assert (sim.value(LIMIT), sim.value(SPEED)) == (0.5, 1.5)
 
 
-def test_the_node_of_a_spawned_robot_comes_and_goes_with_it(sim: Parameters) -> None:
+def test_a_spawned_robot_has_a_node_while_it_exists(sim: Parameters) -> None:
     use = {"use": "bot.yaml", "position": [0, 3, 0.1], "namespace": "three"}
     sim.run.ask("spawn", name="second", use=use)
     there = "/three/second"
@@ -323,13 +323,13 @@ def test_the_node_of_a_spawned_robot_comes_and_goes_with_it(sim: Parameters) -> 
 
 
 @pytest.mark.parametrize("namespace", ["/three", "three/", "~three"])
-def test_the_ends_of_a_namespace_are_stripped_as_those_of_topics_are(sim: Parameters, namespace: str) -> None:
+def test_namespaces_of_nodes_are_trimmed_like_those_of_topics(sim: Parameters, namespace: str) -> None:
     use = {"use": "bot.yaml", "position": [0, 3, 0.1], "namespace": namespace}
     sim.run.ask("spawn", name="second", use=use)
     assert eventually(lambda: sim.heard("/three/second"))
 
 
-def test_a_node_whose_services_have_illegal_names_is_reported_once_and_the_others_go_on(sim: Parameters) -> None:
+def test_an_illegal_node_name_is_reported_once_and_other_nodes_work(sim: Parameters) -> None:
     for name, namespace in (("bad", "n" * 230), ("good", "three")):
         use = {"use": "bot.yaml", "position": [0, 3 if name == "bad" else 6, 0.1], "namespace": namespace}
         sim.run.ask("spawn", name=name, use=use)
@@ -350,7 +350,7 @@ def test_a_reload_exchanges_the_parameters_of_a_changed_graph(sim: Parameters, t
     assert sim.value(LIMIT) == 0.75
 
 
-def test_an_ended_session_refuses_with_the_reason(sim: Parameters) -> None:
+def test_an_ended_session_refuses_to_set_parameters_with_the_reason(sim: Parameters) -> None:
     sim.run.queue.close("the run has ended")
     assert sim.put({LIMIT: 0.5}) == ["the run has ended"]
     assert sim.to(BOT, "set_parameters_atomically", parameters=[given(LIMIT, 0.5)]).result.reason == "the run has ended"
@@ -372,7 +372,7 @@ def test_a_robots_node_has_its_name_in_its_namespace(
     assert node_name(namespace, robot, set(taken)) == name
 
 
-def test_values_survive_their_messages() -> None:
+def test_values_are_unchanged_after_encoding_and_decoding() -> None:
     for value in (True, -5, 2.5, "text", [True, False], [1, -2], [1.0, 2.5], ["a", "b"]):
         assert python_value(given("x", value).value) == value
     assert fitting_type([1, 2.5]) is ParameterType.DOUBLE_ARRAY

@@ -47,7 +47,7 @@ def begun(sim: Simulator) -> None:
     assert eventually(lambda: sim.session.ticks)
 
 
-def test_a_goal_runs_its_steps_and_tells_of_each(sim: Simulator) -> None:
+def test_a_goal_runs_its_steps_with_feedback_after_each(sim: Simulator) -> None:
     heard: queue.Queue[Any] = queue.Queue()
     kind = f"{ACTION}_FeedbackMessage"
     sim.transport.reader(f"/{HIDDEN}/feedback", kind, QoS(), lambda data: heard.put(messages.decode(data, kind)))
@@ -62,7 +62,7 @@ def test_a_goal_runs_its_steps_and_tells_of_each(sim: Simulator) -> None:
     assert sim.session.state == "paused"
 
 
-def test_the_status_of_goals_waits_for_who_comes_late(sim: Simulator) -> None:
+def test_a_late_subscriber_gets_the_status_of_goals(sim: Simulator) -> None:
     goal = uuid.uuid4()
     send(sim, goal, 2)
     result(sim, goal)
@@ -72,7 +72,7 @@ def test_the_status_of_goals_waits_for_who_comes_late(sim: Simulator) -> None:
     assert (bytes(status.goal_info.goal_id.uuid), status.status) == (goal.bytes, SUCCEEDED)
 
 
-def test_goals_up_to_a_time_are_cancelled_that_of_this_very_time_too(sim: Simulator) -> None:
+def test_a_cancel_request_with_a_time_includes_goals_of_this_time(sim: Simulator) -> None:
     goal = uuid.uuid4()
     stamp = sim.ask(f"{HIDDEN}/send_goal", f"{ACTION}_SendGoal", goal_id=identity(goal), goal__steps=ENDLESS).stamp
     assert cancel(sim, stamp=messages.Time(stamp.sec - 1, 0)).goals_canceling == []
@@ -81,7 +81,7 @@ def test_goals_up_to_a_time_are_cancelled_that_of_this_very_time_too(sim: Simula
 
 
 @pytest.mark.parametrize("one", [True, False])
-def test_a_goal_that_is_cancelled_ends_between_two_steps(sim: Simulator, one: bool) -> None:
+def test_a_cancelled_goal_ends_between_two_steps(sim: Simulator, one: bool) -> None:
     goal = uuid.uuid4()
     assert send(sim, goal, ENDLESS)
     begun(sim)
@@ -93,7 +93,7 @@ def test_a_goal_that_is_cancelled_ends_between_two_steps(sim: Simulator, one: bo
     assert send(sim, uuid.uuid4(), 1)
 
 
-def test_what_cannot_be_cancelled_says_so(sim: Simulator) -> None:
+def test_cancelling_an_ended_or_unknown_goal_is_refused(sim: Simulator) -> None:
     goal = uuid.uuid4()
     assert cancel(sim, goal_id=identity(goal)).return_code == 2  # unknown
     send(sim, goal, 1)
@@ -101,7 +101,7 @@ def test_what_cannot_be_cancelled_says_so(sim: Simulator) -> None:
     assert cancel(sim, goal_id=identity(goal)).return_code == 3  # at its end
 
 
-def test_one_goal_is_pursued_at_a_time_and_none_of_no_steps(sim: Simulator) -> None:
+def test_a_second_goal_and_a_goal_without_steps_are_rejected(sim: Simulator) -> None:
     first = uuid.uuid4()
     assert send(sim, first, ENDLESS)
     assert not send(sim, uuid.uuid4(), 1)
@@ -111,7 +111,7 @@ def test_one_goal_is_pursued_at_a_time_and_none_of_no_steps(sim: Simulator) -> N
     assert not send(sim, first, 1)
 
 
-def test_a_goal_ends_when_somebody_lets_the_simulation_play(sim: Simulator) -> None:
+def test_a_goal_is_aborted_when_the_simulation_plays(sim: Simulator) -> None:
     goal = uuid.uuid4()
     assert send(sim, goal, ENDLESS)
     begun(sim)
@@ -121,5 +121,5 @@ def test_a_goal_ends_when_somebody_lets_the_simulation_play(sim: Simulator) -> N
     assert text
 
 
-def test_the_result_of_a_goal_that_nobody_sent_is_none(sim: Simulator) -> None:
+def test_an_unknown_goal_has_no_result(sim: Simulator) -> None:
     assert result(sim, uuid.uuid4())[0] == 0

@@ -72,7 +72,7 @@ def set_state(sim: Simulator, target: int) -> int:
 # States
 
 
-def test_features_are_those_of_services_that_answer(sim: Simulator) -> None:
+def test_the_features_are_those_of_the_working_services(sim: Simulator) -> None:
     features = sim.call("get_simulator_features").features
     told = features.features.tolist()
     # Not among them: named poses, hulls, and what needs several worlds.
@@ -96,14 +96,14 @@ def test_features_are_those_of_services_that_answer(sim: Simulator) -> None:
         ([77], [103]),
     ],
 )
-def test_states_follow_each_other_as_the_standard_says(sim: Simulator, way: list[int], codes: list[int]) -> None:
+def test_states_change_as_in_the_standard(sim: Simulator, way: list[int], codes: list[int]) -> None:
     assert [set_state(sim, target) for target in way] == codes
     found = sim.call("get_simulation_state")
     reached = [target for target, code in zip(way, codes, strict=True) if code == OK]
     assert (found.result.result, found.state.state) == (OK, reached[-1] if reached else PAUSED)
 
 
-def test_to_quit_ends_the_run_after_the_answer(tmp_path: Path) -> None:
+def test_quitting_ends_the_run_after_the_response(tmp_path: Path) -> None:
     with simulator(tmp_path) as sim:
         assert set_state(sim, PLAYING) == OK
         assert set_state(sim, QUITTING) == OK
@@ -111,7 +111,7 @@ def test_to_quit_ends_the_run_after_the_answer(tmp_path: Path) -> None:
         assert sim.session.state == "stopped"
 
 
-def test_steps_run_to_the_last_before_the_answer_comes(sim: Simulator) -> None:
+def test_the_response_comes_after_the_last_step(sim: Simulator) -> None:
     assert step(sim, 1).result.result == OK
     assert state(sim).header.stamp.nanosec == int(1e9 / 60)
     assert step(sim, 5).result.result == OK
@@ -120,12 +120,12 @@ def test_steps_run_to_the_last_before_the_answer_comes(sim: Simulator) -> None:
 
 
 @pytest.mark.parametrize(("target", "steps"), [(PLAYING, 1), (STOPPED, 1), (PAUSED, 0), (PAUSED, 2**40)])
-def test_steps_that_cannot_be_are_refused(sim: Simulator, target: int, steps: int) -> None:
+def test_illegal_numbers_of_steps_are_refused(sim: Simulator, target: int, steps: int) -> None:
     set_state(sim, target)
     assert step(sim, steps).result.result == FAILED
 
 
-def test_steps_that_a_stop_cuts_short_say_so(sim: Simulator) -> None:
+def test_steps_that_a_stop_cancels_fail(sim: Simulator) -> None:
     kind = "simulation_interfaces/srv/StepSimulation"
     request = DEFINITIONS.initial(f"{kind}_Request")
     request.steps = 1_000_000
@@ -139,7 +139,7 @@ def test_steps_that_a_stop_cuts_short_say_so(sim: Simulator) -> None:
 
 
 @pytest.mark.parametrize("scope", [0, 255])
-def test_a_full_reset_is_as_the_start(sim: Simulator, scope: int) -> None:
+def test_a_full_reset_restores_the_initial_state(sim: Simulator, scope: int) -> None:
     start = position(sim)
     assert spawn(sim).result.result == OK
     step(sim, 20)
@@ -150,7 +150,7 @@ def test_a_full_reset_is_as_the_start(sim: Simulator, scope: int) -> None:
 
 
 @pytest.mark.parametrize("scope", [TIME, STATE, SPAWNED])
-def test_a_reset_of_one_scope_leaves_all_else_as_it_is(sim: Simulator, scope: int) -> None:
+def test_a_reset_of_one_scope_changes_nothing_else(sim: Simulator, scope: int) -> None:
     start = position(sim)
     spawn(sim)
     step(sim, 20)
@@ -161,7 +161,7 @@ def test_a_reset_of_one_scope_leaves_all_else_as_it_is(sim: Simulator, scope: in
     assert ("crate" in names(sim)) == (scope != SPAWNED)
 
 
-def test_a_reset_of_no_known_scope_is_refused(sim: Simulator) -> None:
+def test_a_reset_of_an_unknown_scope_is_refused(sim: Simulator) -> None:
     assert sim.call("reset_simulation", scope=8).result.result == FAILED
 
 
@@ -182,7 +182,7 @@ def test_a_reset_of_no_known_scope_is_refused(sim: Simulator) -> None:
         ({"bounds": bounds(BOX, (0.5, -9, 2.5), (9, 9, 9)), "filter": "l$"}, ["ball"]),
     ],
 )
-def test_entities_are_found_by_name_and_by_place(sim: Simulator, filters: dict[str, Any], found: list[str]) -> None:
+def test_entities_are_found_by_name_and_by_bounds(sim: Simulator, filters: dict[str, Any], found: list[str]) -> None:
     assert names(sim, **filters) == found
 
 
@@ -200,25 +200,25 @@ def test_entities_are_found_by_name_and_by_place(sim: Simulator, filters: dict[s
         ({"bounds": bounds(9)}, UNSUPPORTED),
     ],
 )
-def test_filters_that_make_no_sense_are_refused(sim: Simulator, filters: dict[str, Any], code: int) -> None:
+def test_illegal_filters_are_refused(sim: Simulator, filters: dict[str, Any], code: int) -> None:
     answer = sim.call("get_entities", **{f"filters__{name}": value for name, value in filters.items()})
     assert answer.result.result == code
 
 
-def test_an_expression_that_would_take_for_ever_is_given_up(sim: Simulator) -> None:
+def test_a_too_slow_regular_expression_is_refused(sim: Simulator) -> None:
     assert spawn(sim, name="a" * 60).result.result == OK
     answer = sim.call("get_entities", filters__filter="^(a|a)*[^a]")
     assert answer.result.result == FAILED
     assert "takes too long" in answer.result.error_message
 
 
-def test_states_of_many_are_those_of_each(sim: Simulator) -> None:
+def test_states_of_several_entities_equal_the_single_states(sim: Simulator) -> None:
     answer = sim.call("get_entities_states")
     assert list(answer.entities) == ["bot", "ball", "shelf"]
     assert [each.pose for each in answer.states] == [state(sim, name).pose for name in answer.entities]
 
 
-def test_a_state_that_was_set_is_the_state(sim: Simulator) -> None:
+def test_a_set_state_is_read_back(sim: Simulator) -> None:
     wanted = state(sim)
     assert wanted.header.frame_id == "world"
     wanted.pose = pose(1, 2, 4, 0.0, 0.0, 1.0, 0.0)
@@ -229,7 +229,7 @@ def test_a_state_that_was_set_is_the_state(sim: Simulator) -> None:
     assert found.acceleration.linear.z == pytest.approx(-9.81)
 
 
-def test_a_pose_within_something_is_refused_and_one_in_the_floor_comes_with_a_warning(sim: Simulator) -> None:
+def test_a_pose_that_overlaps_an_entity_is_refused_and_a_pose_in_the_floor_has_a_warning(sim: Simulator) -> None:
     wanted, before = state(sim), state(sim)
     wanted.pose = pose(1, 2, 3.25)
     answer = sim.call("set_entity_state", entity="ball", state=wanted)
@@ -258,7 +258,7 @@ def test_a_pose_within_something_is_refused_and_one_in_the_floor_comes_with_a_wa
         ("ball", "twist", messages.Twist(messages.Vector3(math.inf, 0.0, 0.0), STILL), FAILED),
     ],
 )
-def test_a_state_that_cannot_be_is_refused(sim: Simulator, entity: str, field: str, value: Any, code: int) -> None:
+def test_an_illegal_state_is_refused(sim: Simulator, entity: str, field: str, value: Any, code: int) -> None:
     before = position(sim)
     answer = sim.call("set_entity_state", **{"entity": entity, f"state__{field}": value})
     assert answer.result.result == code
@@ -266,7 +266,7 @@ def test_a_state_that_cannot_be_is_refused(sim: Simulator, entity: str, field: s
     assert position(sim) == before
 
 
-def test_what_entities_are_is_told_and_can_be_written(sim: Simulator) -> None:
+def test_infos_of_entities_can_be_read_and_set(sim: Simulator) -> None:
     found = {name: sim.call("get_entity_info", entity=name).info.category.category for name in names(sim)}
     assert found == {"bot": 1, "ball": 0, "shelf": 5}
     info = DEFINITIONS.initial("simulation_interfaces/msg/EntityInfo")
@@ -282,13 +282,13 @@ def test_what_entities_are_is_told_and_can_be_written(sim: Simulator) -> None:
     assert sim.call("set_entity_info", entity="ball", info=info).result.result == FAILED
 
 
-def test_bounds_are_a_box_in_the_entitys_own_frame(sim: Simulator) -> None:
+def test_bounds_are_a_box_in_the_frame_of_the_entity(sim: Simulator) -> None:
     found = sim.call("get_entity_bounds", entity="shelf").bounds
     corners = [(point.x, point.y, point.z) for point in found.points]
     assert (found.type, corners) == (BOX, [(0.1, 0.2, 0.3), (-0.1, -0.2, -0.3)])
 
 
-def test_what_is_not_there_is_not_found(sim: Simulator) -> None:
+def test_unknown_entities_have_the_code_not_found(sim: Simulator) -> None:
     for service in ("get_entity_state", "get_entity_info", "get_entity_bounds", "delete_entity", "set_entity_info"):
         answer = sim.call(service, entity="bal")
         assert answer.result.result == NOT_FOUND
@@ -298,7 +298,7 @@ def test_what_is_not_there_is_not_found(sim: Simulator) -> None:
 # Spawning
 
 
-def test_an_entity_comes_where_it_is_wanted_and_goes(sim: Simulator) -> None:
+def test_an_entity_is_spawned_at_its_pose_and_deleted(sim: Simulator) -> None:
     answer = spawn(sim, name="box", entity_namespace="store")
     assert (answer.result.result, answer.entity_name) == (OK, "box")
     assert position(sim, "box") == (0, 5, 1)
@@ -309,20 +309,20 @@ def test_an_entity_comes_where_it_is_wanted_and_goes(sim: Simulator) -> None:
     assert names(sim) == ["bot", "ball", "shelf"]
 
 
-def test_a_mujoco_model_comes_too(sim: Simulator) -> None:
+def test_a_mujoco_model_can_be_spawned(sim: Simulator) -> None:
     text = "<mujoco model='can'><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
     assert spawn(sim, resource_string=text).entity_name == "can"
     step(sim, 6)
     assert position(sim, "can")[2] < 1
 
 
-def test_a_pose_is_in_the_frame_of_an_entity_if_that_is_named(sim: Simulator) -> None:
+def test_a_pose_can_be_in_the_frame_of_an_entity(sim: Simulator) -> None:
     header = messages.header(0.0, "shelf")
     assert spawn(sim, initial_pose__header=header, initial_pose__pose=pose(0, 0, 1)).result.result == OK
     assert position(sim, "crate") == pytest.approx((1, 2, 4))
 
 
-def test_names_are_those_of_the_resource_or_free_ones_where_that_is_allowed(sim: Simulator) -> None:
+def test_an_entity_has_the_name_of_its_resource_or_with_renaming_a_free_name(sim: Simulator) -> None:
     assert spawn(sim).entity_name == "crate"
     again = spawn(sim, initial_pose__pose=pose(0, 7, 1))
     assert (again.result.result, again.entity_name) == (101, "")
@@ -331,7 +331,7 @@ def test_names_are_those_of_the_resource_or_free_ones_where_that_is_allowed(sim:
 
 
 @pytest.mark.parametrize("uri", ["robots/dd100.yaml", "crate.urdf", "file://{folder}/crate.urdf"])
-def test_files_of_the_scenes_folder_and_what_ships_can_be_spawned(sim: Simulator, tmp_path: Path, uri: str) -> None:
+def test_files_of_the_scenes_folder_and_included_files_can_be_spawned(sim: Simulator, tmp_path: Path, uri: str) -> None:
     (tmp_path / "crate.urdf").write_text(CRATE, encoding="utf-8")
     answer = spawn(sim, uri=uri.format(folder=tmp_path))
     assert answer.result.result == OK, answer.result.error_message
@@ -358,14 +358,14 @@ def test_files_of_the_scenes_folder_and_what_ships_can_be_spawned(sim: Simulator
         ({"initial_pose__pose": pose(0, 0, 0, 0.0, 0.0, 0.0, 0.0)}, 109, "not of length 1"),
     ],
 )
-def test_what_cannot_be_spawned_says_why(sim: Simulator, fields: dict[str, Any], code: int, words: str) -> None:
+def test_a_refused_spawn_has_a_reason(sim: Simulator, fields: dict[str, Any], code: int, words: str) -> None:
     answer = spawn(sim, **fields)
     assert answer.result.result == code, answer.result.error_message
     assert words in answer.result.error_message
     assert names(sim) == ["bot", "ball", "shelf"]
 
 
-def test_a_file_that_may_not_be_read_is_not(sim: Simulator, tmp_path: Path) -> None:
+def test_a_file_outside_of_the_allowed_folders_is_refused(sim: Simulator, tmp_path: Path) -> None:
     outside = tmp_path.parent / "outside.urdf"
     outside.write_text(CRATE, encoding="utf-8")
     for uri in (str(outside), f"file://{outside}", "../outside.urdf"):
@@ -374,7 +374,7 @@ def test_a_file_that_may_not_be_read_is_not(sim: Simulator, tmp_path: Path) -> N
         assert "lies outside the folder of the file you gave" in answer.result.error_message
 
 
-def test_many_come_at_once_and_those_that_do_not_keep_no_other_back(sim: Simulator) -> None:
+def test_many_entities_are_spawned_at_once_and_failures_do_not_affect_others(sim: Simulator) -> None:
     wanted: list[Any] = []
     for name in ("one", "ball", "two"):
         one = DEFINITIONS.initial("simulation_interfaces/msg/SpawnEntity")
@@ -387,13 +387,13 @@ def test_many_come_at_once_and_those_that_do_not_keep_no_other_back(sim: Simulat
     assert names(sim) == ["bot", "one", "two", "ball", "shelf"]
 
 
-def test_what_belongs_to_the_world_cannot_be_deleted(sim: Simulator) -> None:
+def test_entities_of_the_world_cannot_be_deleted(sim: Simulator) -> None:
     answer = sim.call("delete_entity", entity="ball")
     assert answer.result.result == FAILED
     assert "is part of the world file" in answer.result.error_message
 
 
-def test_spawnables_are_what_can_be_spawned(sim: Simulator, tmp_path: Path) -> None:
+def test_spawnables_are_the_resources_that_can_be_spawned(sim: Simulator, tmp_path: Path) -> None:
     (tmp_path / "robots").mkdir()
     (tmp_path / "robots" / "crate.urdf").write_text(CRATE, encoding="utf-8")
     (tmp_path / "more").mkdir()
@@ -408,7 +408,7 @@ def test_spawnables_are_what_can_be_spawned(sim: Simulator, tmp_path: Path) -> N
     assert spawn(sim, uri=uri).result.result == OK
 
 
-def test_the_world_is_told_by_its_name(sim: Simulator) -> None:
+def test_the_current_world_has_its_name(sim: Simulator) -> None:
     world = sim.call("get_current_world").world
     assert (world.name, world.world_resource.uri) == ("test", "world.xml")
 
@@ -416,7 +416,7 @@ def test_the_world_is_told_by_its_name(sim: Simulator) -> None:
 @pytest.mark.parametrize(
     "service", ["load_world", "unload_world", "get_available_worlds", "get_named_poses", "get_named_pose_bounds"]
 )
-def test_what_is_no_feature_says_so_at_once(sim: Simulator, service: str) -> None:
+def test_unsupported_services_respond_with_an_error(sim: Simulator, service: str) -> None:
     assert sim.call(service).result.result == UNSUPPORTED
 
 
@@ -435,7 +435,7 @@ def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTickin
 # Peers
 
 
-def test_bytes_that_are_no_request_are_dropped_and_told_once(sim: Simulator) -> None:
+def test_malformed_requests_are_dropped_and_reported_once(sim: Simulator) -> None:
     kind = "simulation_interfaces/srv/GetEntities"
     for _ in range(3):
         with pytest.raises(queue.Empty):
@@ -460,13 +460,13 @@ class Impatient(MemoryTransport):
         return made
 
 
-def test_what_is_asked_while_a_service_is_opened_is_answered() -> None:
+def test_requests_during_the_creation_of_a_service_get_responses() -> None:
     transport = Impatient()
     ServiceHost(transport, print).add("/trigger", "std_srvs/srv/Trigger", lambda request, response: None)
     assert transport.answers == [messages.encode(DEFINITIONS.initial("std_srvs/srv/Trigger_Response"))]
 
 
-def test_requests_are_answered_while_the_simulation_plays(tmp_path: Path) -> None:
+def test_requests_get_responses_while_the_simulation_plays(tmp_path: Path) -> None:
     with simulator(tmp_path, paused=False, pace=1.0) as sim:
         assert names(sim) == ["bot", "ball", "shelf"]
         assert np.isfinite(position(sim)).all()

@@ -73,7 +73,7 @@ def entities(client: Client, namespace: str) -> list[str]:
 
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY])
-def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Path, domain_id: int, kind: str) -> None:
+def test_two_runs_in_one_domain_have_separate_namespaces(tmp_path: Path, domain_id: int, kind: str) -> None:
     with running(tmp_path, kind, domain_id, "/one") as one, running(tmp_path, kind, domain_id, "/two") as two:
         there = Domain(domain_id, "LOCALHOST")
         transport = open_transport(kind, JoinOptions(there, "client"))
@@ -96,7 +96,7 @@ def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Pat
             assert b"either program may answer" not in said
 
 
-def test_two_runs_that_offer_the_same_services_say_so(tmp_path: Path, domain_id: int) -> None:
+def test_two_runs_with_the_same_services_warn_about_each_other(tmp_path: Path, domain_id: int) -> None:
     with running(tmp_path, "dds", domain_id) as one, running(tmp_path, "dds", domain_id) as two:
         for run in (one, two):
             assert run.stderr is not None

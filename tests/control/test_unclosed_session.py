@@ -15,7 +15,7 @@ sim = ge.load("dd100_flat", rays="mujoco").session(transport="dds")
 """
 
 
-def test_a_session_that_is_not_closed_complains_about_nothing(domain_id: int) -> None:
+def test_an_unclosed_session_prints_nothing_at_exit(domain_id: int) -> None:
     done = subprocess.run(
         [sys.executable, "-c", FORGETFUL],
         cwd=ROOT,

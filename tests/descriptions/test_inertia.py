@@ -49,7 +49,7 @@ def test_the_two_smaller_moments_are_raised_by_half_of_the_difference() -> None:
     assert np.allclose(mended(np.diag((0.3, 0.5, 1.0)), 1.0), np.diag((0.4, 0.6, 1.0)), atol=1e-6)
 
 
-def test_products_that_are_made_up_go_and_the_diagonal_stays() -> None:
+def test_impossible_products_of_inertia_become_zero_and_the_diagonal_stays() -> None:
     assert np.allclose(mended(np.full((3, 3), 0.001), 1.0), np.diag((0.001, 0.001, 0.001)))
 
 
@@ -97,7 +97,7 @@ def test_a_replaced_inertia_is_reported(project: Project) -> None:
     assert links == ("links: arm",)
 
 
-def test_a_mass_without_an_inertia_gets_that_of_a_ball(project: Project) -> None:
+def test_a_mass_without_an_inertia_gets_the_inertia_of_a_ball(project: Project) -> None:
     model, ((message, links),) = load(project, ARM, '<inertial><mass value="1"/></inertial>')
     assert model.body("bot/arm").inertia == pytest.approx(mended(np.zeros((3, 3)), 1.0).diagonal())
     assert message.startswith("a moment of inertia that is missing")

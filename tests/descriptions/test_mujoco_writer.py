@@ -99,7 +99,7 @@ def test_each_array_agrees_with_mujocos_reader(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["1_0", "\u0661", "\uff11.5"])
-def test_digits_that_only_python_reads_are_no_number(text: str) -> None:
+def test_texts_that_only_python_reads_as_numbers_are_not_numbers(text: str) -> None:
     assert number(text) is None
 
 
@@ -111,7 +111,7 @@ def test_digits_that_only_python_reads_are_no_number(text: str) -> None:
         ('inertiafromgeom="maybe"', "inertiafromgeom must be true, false or auto, not 'maybe'"),
     ],
 )
-def test_settings_of_the_compiler_that_are_not_legal_are_errors(settings: str, told: str) -> None:
+def test_illegal_settings_of_the_compiler_are_errors(settings: str, told: str) -> None:
     spec, findings = written(f'<robot name="r"><mujoco><compiler {settings}/></mujoco><link name="a"/></robot>')
     assert spec is None
     assert [told in finding.message for finding in findings.errors] == [True]

@@ -23,7 +23,7 @@ def test_a_protocol_its_stub_and_its_implementation_have_the_same_kind() -> None
     assert {device_of(cls).kind for cls in classes} == {"contact"}
 
 
-def test_a_class_that_is_no_device_is_refused() -> None:
+def test_device_of_refuses_a_class_that_is_not_a_device() -> None:
     with pytest.raises(
         TypeError, match=r"Stage'> is not a device; pass a Protocol that a module of graphengine\.devices"
     ):

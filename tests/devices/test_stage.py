@@ -70,7 +70,7 @@ def test_a_link_is_found_directly_below_its_robot(stage: Stage, path: str, meani
 
 
 @pytest.mark.parametrize("path", ["/dd100/sim_lidar", "/dd100/chassis_link/wheel", "/chassis_link", "/World/base_link"])
-def test_nothing_else_is_found_without_what_is_above_it(stage: Stage, path: str) -> None:
+def test_only_a_link_is_found_by_a_path_without_the_prims_above_it(stage: Stage, path: str) -> None:
     with pytest.raises(PrimError):
         stage.find(path)
     assert path not in stage
@@ -87,7 +87,7 @@ def test_a_link_whose_name_is_not_unique_is_not_found_directly_below_its_robot(s
     assert stage.find(f"{CHASSIS}/left/tip").name == "tip"
 
 
-def test_a_path_that_could_mean_two_prims_is_an_error_that_names_them(stage: Stage) -> None:
+def test_a_path_that_matches_two_prims_is_an_error_that_names_both(stage: Stage) -> None:
     stage.add("/w/Geometry/a/b", "link")
     stage.add("/w/a/Geometry/b", "link")
     with pytest.raises(AmbiguousPrimError) as caught:
@@ -108,7 +108,7 @@ def test_a_path_that_could_mean_two_prims_is_an_error_that_names_them(stage: Sta
         ("/dd100/Lidar", "/dd100 has no child 'Lidar'", f"'Lidar' is at: {CHASSIS}/sim_lidar/Lidar"),
     ],
 )
-def test_a_path_that_means_nothing_names_what_is_near(stage: Stage, path: str, message: str, help: str) -> None:
+def test_the_error_of_an_unknown_path_names_similar_prims(stage: Stage, path: str, message: str, help: str) -> None:
     with pytest.raises(PrimError) as caught:
         stage.find(path)
     assert caught.value.code == "G301"
@@ -117,7 +117,7 @@ def test_a_path_that_means_nothing_names_what_is_near(stage: Stage, path: str, m
 
 
 @pytest.mark.parametrize("path", ["", "dd100", "dd100/base_link", "/dd100/../dd100", "/./dd100"])
-def test_a_path_is_absolute_and_plain(stage: Stage, path: str) -> None:
+def test_relative_paths_and_dots_in_paths_are_refused(stage: Stage, path: str) -> None:
     with pytest.raises(PrimError, match="prim path"):
         stage.find(path)
 
@@ -132,7 +132,7 @@ def test_a_prim_is_defined_once_and_missing_ancestors_are_scopes(stage: Stage) -
     assert (stage.find("/World").kind, stage.find("/World").body) == ("body", "world")
 
 
-def test_what_is_removed_is_gone_with_everything_below(stage: Stage) -> None:
+def test_a_removed_prim_is_gone_together_with_all_prims_below(stage: Stage) -> None:
     stage.remove("/dd100/base_link")
     assert f"{CHASSIS}/sim_lidar/Lidar" not in stage
     assert "/dd100/base_link" not in stage
@@ -149,7 +149,7 @@ def test_prims_come_depth_first_in_order_of_definition(stage: Stage) -> None:
     assert [prim.name for prim in stage.prims("link")] == ["base_link", "chassis_link"]
 
 
-def test_robot_base_link_and_articulation_root_stand_for_the_robot(stage: Stage) -> None:
+def test_robot_prim_base_link_and_articulation_root_identify_the_robot(stage: Stage) -> None:
     robot = stage.find("/dd100")
     stands = [prim.path for prim in stage.prims() if stage.stands_for_robot(prim) is robot]
     assert stands == ["/dd100", BASE, CHASSIS]
@@ -188,7 +188,7 @@ def test_geometry_has_a_namespace_even_where_a_path_leaves_it_out(stage: Stage) 
         ("/dd100/base_link", BASE),
     ],
 )
-def test_a_prim_is_defined_below_those_that_its_path_means(stage: Stage, path: str, place: str) -> None:
+def test_a_prim_is_defined_below_the_existing_prims_of_its_path(stage: Stage, path: str, place: str) -> None:
     assert stage.define(path).path == place
     assert stage.find(path).path == stage.define(path).path == place
 
@@ -206,7 +206,7 @@ def test_a_prim_is_defined_below_those_that_its_path_means(stage: Stage, path: s
         ("/World/graphs/one", "/dd100", False),
     ],
 )
-def test_a_path_leads_by_prims_that_need_not_exist(stage: Stage, path: str, other: str, expected: bool) -> None:
+def test_a_path_can_lie_below_a_prim_that_does_not_exist(stage: Stage, path: str, other: str, expected: bool) -> None:
     assert stage.leads_by(path, other) is expected
 
 
@@ -214,7 +214,7 @@ NAME = st.sampled_from(["a", "b", "Geometry", "c"])
 
 
 @given(st.lists(st.lists(NAME, min_size=1, max_size=5), max_size=12), st.lists(NAME, min_size=1, max_size=5))
-def test_a_path_means_a_prim_if_and_only_if_geometry_was_left_out_of_it(
+def test_a_short_path_finds_a_prim_only_if_nothing_but_geometry_is_left_out(
     paths: list[list[str]], wanted: list[str]
 ) -> None:
     stage = Stage()

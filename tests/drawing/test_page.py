@@ -49,7 +49,7 @@ def digest(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
-def test_its_policy_allows_its_own_script_and_styles_and_nothing_else(drawn: Draw) -> None:
+def test_the_policy_of_the_page_allows_only_its_script_and_styles(drawn: Draw) -> None:
     page = Page(drawn(f"{GRAPH}  Odd: {{type: {EVIL}, doc: {EVIL}}}\n", html=True))
     rules = policy(page)
     assert rules["default-src"] == ["'none'"]
@@ -67,18 +67,18 @@ def test_what_a_stranger_writes_is_text_in_it(drawn: Draw) -> None:
     assert "&lt;script&gt;alert(1)" in text
 
 
-def test_it_names_no_address_but_that_of_the_svg_namespace(drawn: Draw) -> None:
+def test_the_page_contains_no_address_except_the_svg_namespace(drawn: Draw) -> None:
     text = drawn((ROOT / "graphs/tutorial/joint_states.yaml").read_text(encoding="utf-8"), html=True)
     assert set(re.findall(r"\w+://[^\s\"'<]+", text)) == {"http://www.w3.org/2000/svg"}
     assert re.search(r"(url\(|@import)", text) is None
 
 
-def test_its_drawing_is_that_of_the_svg(drawn: Draw) -> None:
+def test_the_page_contains_the_drawing_of_the_svg(drawn: Draw) -> None:
     assert drawn(GRAPH) in drawn(GRAPH, html=True)
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node reads the script")
-def test_its_script_is_javascript(drawn: Draw, tmp_path: Path) -> None:
+def test_the_script_of_the_page_is_javascript(drawn: Draw, tmp_path: Path) -> None:
     (tmp_path / "page.js").write_text(Page(drawn(GRAPH, html=True)).inside["script"][0], encoding="utf-8")
     done = subprocess.run(["node", "--check", "page.js"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -13,7 +13,7 @@ README = 890.0  # px; of the column that GitHub shows a README in
 PICTURES = sorted((ROOT / "docs/pictures").glob("graph_*.svg"))
 
 
-def test_there_is_a_picture_of_each_graph_of_the_tutorial() -> None:
+def test_each_graph_of_the_tutorial_has_a_picture() -> None:
     graphs = sorted((ROOT / "graphs/tutorial").glob("*.yaml"))
     assert [path.stem for path in PICTURES] == [f"graph_{path.stem}" for path in graphs]
 

@@ -61,7 +61,7 @@ def test_each_wire_runs_from_the_height_of_one_port_to_that_of_another(drawn: Dr
             assert abs(place[1] + 4 - text.y) < 0.3
 
 
-def test_set_values_are_written_with_their_units_and_told_in_full(drawn: Draw) -> None:
+def test_set_values_are_drawn_with_units_and_in_full_in_the_tooltip(drawn: Draw) -> None:
     made = nodes(drawn(CMD_VEL))
     shown = ports(made["DiffController"])
     assert "wheelRadius 0.1 m" in shown
@@ -72,7 +72,7 @@ def test_set_values_are_written_with_their_units_and_told_in_full(drawn: Draw) -
     assert not any(text.startswith("maxWheelSpeed") for text in shown)  # neither set nor wired
 
 
-def test_execution_values_and_what_fires_later_are_drawn_apart(drawn: Draw) -> None:
+def test_execution_value_and_later_wires_have_different_styles(drawn: Draw) -> None:
     wires = "[Tick.tick -> Wait.execIn, Wait.finished -> Clock.execIn, Tick.time -> Clock.timeStamp]"
     clock = "Clock: {type: PublishClock, inputs: {topicName: c}}"
     text = drawn(f"{TICK}  Wait: Delay\n  {clock}\nconnections: {wires}\n")
@@ -87,7 +87,7 @@ def test_execution_values_and_what_fires_later_are_drawn_apart(drawn: Draw) -> N
     assert float(widths["exec"]) >= 2 * float(widths["data-wire"])
 
 
-def test_findings_are_painted_on_the_nodes_that_they_are_about(drawn: Draw) -> None:
+def test_findings_are_drawn_on_their_nodes(drawn: Draw) -> None:
     made = nodes(
         drawn(
             f"{TICK}  Odd: {{type: NoSuchType, inputs: {{x: 1}}}}\n"
@@ -117,23 +117,23 @@ def test_a_wrong_value_of_a_parameter_is_painted_on_the_node_that_uses_it(drawn:
     assert failed(nodes(drawn(f"{TICK}{use}", part=part))) == ["Clock"]
 
 
-def test_a_warning_is_painted_as_one(drawn: Draw) -> None:
+def test_a_warning_is_drawn_in_the_style_of_warnings(drawn: Draw) -> None:
     made = nodes(drawn(f"{TICK}  Idle: {{type: Counter}}\n"))
     assert made["Idle"].attrib["class"].split() == ["node", "action", "warning"]
     assert "warning W101: no event reaches Idle" in told(made["Idle"])
 
 
-def test_a_wire_to_a_node_that_is_not_there_is_told_at_its_other_end(drawn: Draw) -> None:
+def test_the_error_of_a_wire_to_a_missing_node_is_drawn_at_its_other_node(drawn: Draw) -> None:
     made = nodes(drawn(f"{TICK}connections: [Tick.tick -> Nobody.execIn]\n"))
     assert "error G203: no node 'Nobody'" in told(made["Tick"])
 
 
-def test_how_often_a_node_runs_is_written_on_it(drawn: Draw) -> None:
+def test_the_rate_of_a_node_is_drawn_on_its_box(drawn: Draw) -> None:
     made = nodes(drawn("graph: mine\nnodes:\n  Tick: {type: OnPlaybackTick, every: {hz: 2.5}}\n"))
     assert words(made["Tick"], "type") == "OnPlaybackTick, every 2.5 Hz"
 
 
-def test_a_mistake_of_the_file_itself_stands_below_the_title(drawn: Draw) -> None:
+def test_a_finding_without_a_node_is_drawn_below_the_title(drawn: Draw) -> None:
     text = drawn(f"{TICK}connections: [Tick.tick]\n")
     assert "error G202: a connection has one arrow" in text
     assert mistakes(read(text)) == []
@@ -183,7 +183,7 @@ def test_what_a_stranger_writes_is_text(drawn: Draw) -> None:
     assert "alert(1)" in text
 
 
-def test_places_of_the_file_are_kept_as_they_lie_to_each_other(drawn: Draw) -> None:
+def test_positions_in_the_file_keep_their_arrangement(drawn: Draw) -> None:
     names = ["Tick", "A", "B", "C", "Far"]
     places: list[Point] = [(0, 0), (200, 0), (200, 90), (-150, 300)]
     layout = ", ".join(f"{name}: [{x}, {y}]" for name, (x, y) in zip(names, places, strict=False))
@@ -261,18 +261,18 @@ TWICE = f"{TICK}  Good: {{subgraph: part.yaml}}\n  Bad: {{subgraph: part.yaml}}\
 GO = "  - Tick.tick -> Good.go\n  - Tick.tick -> Bad.go\n"
 
 
-def test_a_circle_through_one_of_two_like_subgraphs_marks_only_that_one(drawn: Draw) -> None:
+def test_a_cycle_through_one_of_two_uses_of_a_subgraph_marks_only_this_use(drawn: Draw) -> None:
     text = drawn(f"{TWICE}connections:\n{GO}  - Bad.done -> Bad.go\n", part=PART)
     assert circular(text) == ["Bad/A.execOut -> Bad/B.execIn", "Bad/B.execOut -> Bad/A.execIn"]
     assert text.count("error G210</text>") == 2
 
 
-def test_a_value_stands_apart_from_its_port_in_viewers_that_know_no_css(drawn: Draw) -> None:
+def test_a_space_separates_port_and_value_without_css(drawn: Draw) -> None:
     space = "{http://www.w3.org/XML/1998/namespace}space"
     assert ElementTree.fromstring(drawn(TICK)).get(space) == "preserve"
 
 
-def test_a_link_that_goes_back_keeps_clear_of_the_boxes_it_passes(drawn: Draw) -> None:
+def test_a_link_to_the_left_crosses_no_box(drawn: Draw) -> None:
     wires = f"{GO}  - Bad.done -> P.execIn\n  - P.execOut -> Bad.go\n  - Tick.tick -> P.no\n"
     drawing = read(drawn(f"{TWICE}  P: PrintText\nconnections:\n{wires}", part=PART))
     boxes = {box for _, box in drawing.texts if box}
@@ -283,9 +283,7 @@ def test_a_link_that_goes_back_keeps_clear_of_the_boxes_it_passes(drawn: Draw) -
                 assert not (beside and any(abs(y0 - edge) < 5 for edge in (top, bottom)))
 
 
-def test_a_large_graph_is_not_left_to_the_library_whose_cost_nobody_knows(
-    drawn: Draw, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_large_graph_gets_the_linear_layout(drawn: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
     def lay_out(*_: object, **__: object) -> None:
         raise AssertionError("graphlay lays out a large graph")
 

@@ -21,7 +21,7 @@ def test_a_text_is_no_wider_in_any_font_at_hand(bold: bool, text: str) -> None:
 
 @given(st.text(max_size=60), st.floats(20, 300), st.booleans())
 @example("\x1f" * 10, 126.0, False)
-def test_what_is_fitted_fits_and_can_be_printed(text: str, limit: float, tail: bool) -> None:
+def test_a_fitted_text_is_printable_and_within_its_width(text: str, limit: float, tail: bool) -> None:
     made = fitted(text, 12.0, limit, tail=tail)
     assert width(made, 12.0) <= limit
     assert made.isprintable()

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.experiments.falling import FAILS, PASSES, write_scenario
 
 
@@ -27,6 +29,20 @@ def test_shards_of_pytest_share_the_tests_of_all_kinds(tmp_path: Path) -> None:
             [sys.executable, "-m", "pytest", "--shard", "4/3"], cwd=tmp_path, capture_output=True, text=True
         ).stderr
     )
+
+
+@pytest.mark.parametrize("more", [(), ("-n", "2"), ("--collect-only",)])
+def test_a_shard_without_tests_passes_and_says_so(tmp_path: Path, more: tuple[str, ...]) -> None:
+    write_scenario(tmp_path, [0], [PASSES])
+    command = [sys.executable, "-m", "pytest", "--shard", "2/2", *more]
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=240)
+    assert ended.returncode == 0
+    assert "shard 2/2 has no cases" in ended.stdout
+
+
+def test_a_folder_without_tests_has_the_same_exit_code_with_a_shard(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "pytest", "--shard", "1/2"]
+    assert subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=240).returncode == 5
 
 
 def test_a_failed_scenario_says_how_often_it_fails(tmp_path: Path) -> None:

@@ -49,6 +49,14 @@ def test_shards_of_several_machines_merge_to_the_rows_of_one(tmp_path: Path) -> 
     assert without_wall(tmp_path / "all.jsonl") == without_wall(tmp_path / "whole" / "rows.jsonl")
 
 
+def test_a_shard_without_runs_passes_and_says_so(tmp_path: Path) -> None:
+    write_scenario(tmp_path, [0], [PASSES])
+    assert "shard 2/2 has no cases" in run(tmp_path, "--results", "rows.jsonl", "--shard", "2/2")
+    assert (tmp_path / "rows.jsonl").read_bytes() == b""
+    run(tmp_path, "--results", "rows.jsonl", "--shard", "1/1", "--resume")
+    assert len(rows(tmp_path / "rows.jsonl")) == 1
+
+
 def test_a_resumed_matrix_makes_only_the_runs_that_are_missing(tmp_path: Path) -> None:
     scenario = write_scenario(tmp_path, range(3), [PASSES])
     run(tmp_path, "--results", "rows.jsonl")

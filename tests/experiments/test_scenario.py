@@ -32,6 +32,23 @@ def test_a_scene_is_found_beside_the_scenario_before_one_of_the_package(tmp_path
     assert scenario_of(path).scene == str(tmp_path / "dd100_flat.yaml")
 
 
+def test_an_error_of_a_mover_has_its_place_in_the_scenario(tmp_path: Path) -> None:
+    movers = """movers:
+  one: {shape: person, path: [[0, 2], [0, 8]], speed: 1.2}
+  two: {shape: nothing.stl, path: [[0, 2], [0, 8]], speed: 1.2}
+"""
+    path = scenario_file(tmp_path, movers + EXPECTED)
+    assert result_of(path).reason.startswith(f"{path}:6:16: error S101: no file 'nothing.stl'")
+
+
+def test_an_error_of_the_scene_has_its_place_in_the_scene_also_with_movers(tmp_path: Path) -> None:
+    scene = tmp_path / "hall.yaml"
+    scene.write_text("scene: hall\nworld: nothing.xml\n")
+    movers = "movers: {one: {shape: person, path: [[0, 2], [0, 8]], speed: 1.2}}\n"
+    path = scenario_file(tmp_path, movers + "expect: [always: time < 9]\n", scene="hall.yaml")
+    assert result_of(path).reason.startswith(f"{scene}:2:8: error")
+
+
 @pytest.mark.parametrize(
     ("text", "found"),
     [

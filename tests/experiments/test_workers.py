@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from functools import partial
 from pathlib import Path
 
 from tests.experiments.falling import (
@@ -95,3 +96,25 @@ def test_the_programs_of_a_run_that_hangs_end_with_it(tmp_path: Path) -> None:
         assert driver.wait(timeout=60) == 1
     assert not processes(command)
     assert "--time-limit" in rows(tmp_path / "rows.jsonl")[0]["reason"]
+
+
+def have_ended(numbers: list[int]) -> bool:
+    return not any(Path(f"/proc/{number}").exists() for number in numbers)
+
+
+def test_the_programs_of_a_worker_that_is_killed_end_with_it(tmp_path: Path) -> None:
+    """The first worker and the second one, which repeats the run, are killed while a program of theirs runs."""
+    seconds = f"1001.{os.getpid()}"
+    write_scenario(tmp_path, [0], [PASSES], PROGRAM.replace("SECONDS", seconds).replace("HANGS", str(HANGS)))
+
+    command = f"sleep\0{seconds}\0".encode()
+    with start(tmp_path, "--results", "rows.jsonl", "--allow-programs") as driver:
+        for _ in range(2):
+            assert eventually(lambda: processes(command))
+            running = processes(command)
+            time.sleep(0.5)  # several looks at the worker
+            os.kill(children(driver.pid)[0], signal.SIGKILL)
+            assert eventually(partial(have_ended, running))
+        assert driver.wait(timeout=60) == 1
+    assert not processes(command)
+    assert rows(tmp_path / "rows.jsonl")[0]["reason"] == "its process ended with signal SIGKILL, 2 times"

@@ -64,7 +64,7 @@ def test_a_text_beyond_a_limit_is_refused_before_it_is_parsed(
 
 
 @pytest.mark.parametrize("text", ['"' + '\\"' * 400_000, '"' * 999_999, "\\" * 999_999, '"\\'], ids=len)
-def test_strings_without_an_end_are_refused_in_linear_time(text: str) -> None:
+def test_unterminated_strings_are_refused_in_linear_time(text: str) -> None:
     """Each of 400 000 quotes would be looked at once for each quote before it."""
     with pytest.raises(ValueError, match="line 1 column"):
         parse(text)
@@ -76,7 +76,7 @@ def test_other_encodings_than_utf_8_are_refused_because_they_would_hide_brackets
         parse("[]".encode(encoding))
 
 
-def test_a_mistake_is_reported_with_its_place() -> None:
+def test_an_error_is_reported_with_its_position() -> None:
     for text in ("[1, 2", '{"a": [1}', "{"):
         with pytest.raises(ValueError, match="line 1 column"):
             parse(text)

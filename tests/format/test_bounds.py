@@ -48,13 +48,13 @@ def refusal(raw: bytes, folder: Path) -> str:
     ],
     ids=["lists", "mappings", "both", "block lists", "block mappings", "aliases of lists", "aliases of mappings"],
 )
-def test_depth_is_bounded(text: str, tmp_path: Path) -> None:
+def test_the_nesting_is_limited(text: str, tmp_path: Path) -> None:
     begun = time.process_time()
     assert refusal(text.encode(), tmp_path) == f"G105 nested more than {MAX_DEPTH} levels deep"
     assert time.process_time() - begun < 5
 
 
-def test_depth_up_to_the_bound_is_legal(tmp_path: Path) -> None:
+def test_nesting_up_to_the_limit_is_legal(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("[" * MAX_DEPTH + "]" * MAX_DEPTH)
     assert load(path)[0] is not None
@@ -64,7 +64,7 @@ def test_depth_up_to_the_bound_is_legal(tmp_path: Path) -> None:
     assert load(path)[0] is None
 
 
-def test_aliases_count_as_often_as_they_repeat(tmp_path: Path) -> None:
+def test_each_alias_counts_the_values_that_it_repeats(tmp_path: Path) -> None:
     bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n"
     bomb += "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 20))
     tracemalloc.start()
@@ -74,7 +74,7 @@ def test_aliases_count_as_often_as_they_repeat(tmp_path: Path) -> None:
     tracemalloc.stop()
 
 
-def test_values_up_to_the_bound_are_legal(tmp_path: Path) -> None:
+def test_values_up_to_the_limit_are_legal(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     repeated, single = divmod(MAX_VALUES - 1001, 999)  # beside the mapping, a list of 998 values, and the list of all
     for more in (0, 1):
@@ -125,7 +125,7 @@ def test_large_files_stay_within_half_a_gigabyte(content: str, tmp_path: Path) -
     assert int(told.stdout) < 500_000  # kB
 
 
-def test_after_a_thousand_mistakes_the_rest_is_dropped(tmp_path: Path) -> None:
+def test_after_a_thousand_errors_further_findings_are_dropped(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text("graph: g\n" + "a: 1\n" * 20_000)
     begun = time.process_time()
@@ -152,7 +152,7 @@ def many(kind: str, count: int) -> str:
     ],
     ids=["open", "open names", "unknown parameters", "unknown nodes", "among many nodes", "missing inputs"],
 )
-def test_mistakes_without_end_are_told_in_time(body: str, tmp_path: Path) -> None:
+def test_very_many_errors_are_reported_in_time(body: str, tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(f"graph: g\n{body}")
     begun = time.process_time()
@@ -162,7 +162,7 @@ def test_mistakes_without_end_are_told_in_time(body: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("use", ["$(p)$(p)", "$(p)"], ids=["in a text", "as the whole"])
-def test_what_parameters_amount_to_is_bounded(use: str, tmp_path: Path) -> None:
+def test_the_size_of_graphs_with_parameters_is_limited(use: str, tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(
         f"graph: g\nparameters: {{p: {{type: string, default: {'x' * 60_000}}}}}\nnodes:\n"
@@ -189,7 +189,7 @@ def test_a_very_long_line_is_shown_as_a_window_around_the_caret(tmp_path: Path) 
         assert line[caret.index("^")] == "!"
 
 
-def test_the_window_reaches_both_ends_of_the_line() -> None:
+def test_the_window_can_reach_both_ends_of_the_line() -> None:
     findings = Findings()
     document.parse("a: 1, " + "x" * 500 + ": 2", "a.yaml", findings)
     document.parse(f'"{"x" * 500}": !t', "a.yaml", findings)
@@ -214,14 +214,14 @@ def test_the_window_reaches_both_ends_of_the_line() -> None:
         (b"a: \xc0\x80\n", "G101 'a.yaml' is not UTF-8 text: byte 0xc0"),
     ],
 )
-def test_what_is_not_text_is_refused(raw: bytes, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_binary_data_is_refused(raw: bytes, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("a.yaml").write_bytes(raw)
     findings = load(Path("a.yaml"))[1]
     assert [f"{finding.code} {finding.message}" for finding in findings.items] == [told]
 
 
-def test_a_byte_that_is_not_utf8_is_shown_at_its_place(tmp_path: Path) -> None:
+def test_a_byte_that_is_not_utf8_is_reported_at_its_position(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_bytes("\ufeffé: 1\r\né: ".encode() + b"\xe9\n")
     (finding,) = load(path)[1].items
@@ -229,7 +229,7 @@ def test_a_byte_that_is_not_utf8_is_shown_at_its_place(tmp_path: Path) -> None:
     assert (finding.span.line, finding.span.column) == (2, 4)
 
 
-def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_removed(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_bytes("\ufeffgraph: a\r\n".encode())
     loaded, findings = load(path)
@@ -244,7 +244,7 @@ def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system")
 @pytest.mark.parametrize("write", [False, True], ids=["nobody writes", "somebody writes"])
-def test_a_pipe_does_not_hang(write: bool, tmp_path: Path) -> None:
+def test_a_pipe_is_refused_without_waiting(write: bool, tmp_path: Path) -> None:
     path = tmp_path / "pipe.yaml"
     os.mkfifo(path)
     writer = os.open(path, os.O_RDWR) if write else None
@@ -261,7 +261,7 @@ def test_a_device_is_not_read() -> None:
     assert "not a regular file" in load(Path("/dev/zero"))[1].items[0].message
 
 
-def test_what_cannot_be_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_that_cannot_be_opened_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("folder.yaml").mkdir()
     Path("dangling.yaml").symlink_to("nowhere.yaml")
@@ -291,7 +291,7 @@ def test_what_cannot_be_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 HOSTILE = "\x1b]0;owned\x07\x1b[31m\x9b2J\u202e\r"
 
 
-def test_nothing_in_a_file_reaches_the_terminal_raw(tmp_path: Path) -> None:
+def test_control_characters_of_a_file_are_not_printed(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     escaped = "\\e]0;owned\\a\\e[31m\\x9b2J\\u202e\\r\\n"
     text = f"""
@@ -320,7 +320,7 @@ def test_nothing_in_a_file_reaches_the_terminal_raw(tmp_path: Path) -> None:
         assert all(character.isprintable() or character == "\n" for character in text)
 
 
-def test_a_text_of_a_file_cannot_forge_a_line_of_output(tmp_path: Path) -> None:
+def test_text_of_a_file_cannot_forge_a_line_of_output(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text('graph: g\ninputs: {"x\\nfine.yaml:1:1: error G999: forged": 1}\n')
     (finding,) = build.load(path).findings.items
@@ -328,7 +328,7 @@ def test_a_text_of_a_file_cannot_forge_a_line_of_output(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such names")
-def test_the_name_of_a_file_cannot_steer_a_terminal(tmp_path: Path) -> None:
+def test_control_characters_in_a_file_name_are_not_printed(tmp_path: Path) -> None:
     path = tmp_path / f"{HOSTILE}.yaml"
     path.write_text("graph: g\ndoc: a\ndoc: b\nnodes: {A: {subgraph: secret.yaml}}\n")
     (tmp_path / "\x1b[31msecret.yaml").write_text("")

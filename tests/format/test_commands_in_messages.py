@@ -22,7 +22,7 @@ def test_a_quoted_word_is_one_word_for_a_shell(word: str) -> None:
     assert shlex.split(quoted(word)) == [word]
 
 
-def test_a_quoted_word_steers_no_terminal() -> None:
+def test_a_quoted_word_has_no_control_characters() -> None:
     assert quoted("\x1b[31mred\n").isprintable()
 
 

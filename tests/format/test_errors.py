@@ -33,7 +33,7 @@ def raised(parent: type[Exception]) -> dict[str, str]:
     return {cls.__name__: parent.__name__ for cls in own} | {k: v for cls in own for k, v in raised(cls).items()}
 
 
-def test_the_tree_that_is_drawn_is_the_tree_that_there_is() -> None:
+def test_the_drawn_tree_of_exceptions_equals_the_classes() -> None:
     pytest.importorskip("cyclonedds", reason="the test imports all modules of the package")
     for module in pkgutil.walk_packages(graphengine.__path__, "graphengine."):
         if not module.name.endswith("__main__") and not module.name.startswith("graphengine._data"):

@@ -49,11 +49,11 @@ def test_files_in_the_given_folder_and_below_are_read(reference: str, refer: Ref
 
 
 @pytest.mark.parametrize("reference", ["clock.yaml", "graphs/clock.yaml", "tutorial/clock.yaml"])
-def test_graphs_that_ship_are_read(reference: str, refer: Refer) -> None:
+def test_included_graphs_are_read(reference: str, refer: Refer) -> None:
     assert refer(reference) == []
 
 
-def test_the_file_beside_wins_over_the_one_that_ships(home: Path) -> None:
+def test_a_file_in_the_folder_takes_precedence_over_an_included_file(home: Path) -> None:
     (home / "clock.yaml").write_text(GRAPH)
     assert Files.of(home / "given.yaml").find("clock.yaml", home) == home / "clock.yaml"
 
@@ -68,7 +68,7 @@ def test_files_outside_are_refused(home: Path, refer: Refer) -> None:
         assert refer(reference, secret.parent) == []
 
 
-def test_a_given_link_reads_what_lies_where_it_leads(home: Path) -> None:
+def test_references_in_a_given_link_start_at_the_link(home: Path) -> None:
     link = home.parent / "outside" / "given.yaml"
     (home / "given.yaml").write_text("graph: given\nnodes:\n  Inner: {subgraph: inner.yaml}\n")
     link.symlink_to(home / "given.yaml")
@@ -86,13 +86,13 @@ def test_system_files_are_not_read(reference: str, refer: Refer) -> None:
     assert message.startswith(refusals)
 
 
-def test_the_checkout_itself_is_not_what_ships(home: Path) -> None:
+def test_files_of_the_checkout_outside_graphs_and_scenes_are_refused(home: Path) -> None:
     with pytest.raises(NotFoundError, match="lies outside"):
         Files.of(home / "given.yaml").find(str(Path(files.__file__)), home)
 
 
 @pytest.mark.parametrize("reference", ["", ".", "..", "/", "below", "x" * 300, "y/" * 3000, "a\0b", "inner.yaml/x"])
-def test_names_that_no_file_can_have(reference: str, home: Path) -> None:
+def test_illegal_file_names_are_not_found(reference: str, home: Path) -> None:
     with pytest.raises(NotFoundError, match="no file"):
         Files.of(home / "given.yaml").find(reference, home)
 
@@ -104,14 +104,14 @@ def help_for(reference: str, home: Path) -> tuple[str, ...]:
     return missing.value.help
 
 
-def test_near_names_are_suggested(home: Path) -> None:
+def test_similar_names_are_suggested(home: Path) -> None:
     assert help_for("iner.yaml", home)[0] == "did you mean 'inner.yaml'?"
     near, looked = help_for("below/inner.yml", home)
     assert near == "did you mean 'below/inner.yaml'?"
     assert looked == f"looked in {str(home / 'below')!r}, and among the included graphs and scenes"
 
 
-def test_nothing_is_told_of_folders_outside(home: Path) -> None:
+def test_suggestions_contain_no_names_from_folders_outside(home: Path) -> None:
     assert help_for("../outside/secrets.yaml", home)[0] == ""
 
 
@@ -121,12 +121,12 @@ def test_a_folder_that_cannot_be_listed_gives_no_suggestion(home: Path, monkeypa
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system")
-def test_a_reference_to_a_pipe_does_not_hang(home: Path, refer: Refer) -> None:
+def test_a_reference_to_a_pipe_is_refused_without_waiting(home: Path, refer: Refer) -> None:
     os.mkfifo(home / "pipe.yaml")
     assert refer("pipe.yaml") == ["G214 subgraph: no file 'pipe.yaml'"]
 
 
-def test_the_command_line_finds_files_and_names_of_what_ships(home: Path) -> None:
+def test_find_file_finds_files_and_included_names(home: Path) -> None:
     assert find_file(str(home / "inner.yaml")) == home / "inner.yaml"
     assert find_file("dd100/cmd_vel").samefile(shipped() / "graphs" / "dd100" / "cmd_vel.yaml")
     assert find_file("clock.yaml").samefile(shipped() / "graphs" / "clock.yaml")
@@ -152,7 +152,7 @@ def test_only_files_with_a_similar_name_are_suggested(
     assert str(missing.value) == f"no file {name!r}\n  {hint}"
 
 
-def test_what_was_read_is_remembered_in_order(home: Path) -> None:
+def test_read_files_are_recorded_in_order(home: Path) -> None:
     found = Files.of(home / "scene.yaml")
     found.find("graphs/clock.yaml", home)
     found.find("graphs/clock.yaml", home)
@@ -163,7 +163,7 @@ def test_what_was_read_is_remembered_in_order(home: Path) -> None:
     assert other.used is found.used
 
 
-def test_what_ships_may_lie_elsewhere(home: Path, tmp_path: Path) -> None:
+def test_included_files_may_be_in_another_folder(home: Path, tmp_path: Path) -> None:
     base = tmp_path / "recorded"
     (base / "graphs").mkdir(parents=True)
     (base / "graphs/clock.yaml").write_text("graph: other\n", encoding="utf-8")
@@ -174,7 +174,7 @@ def test_what_ships_may_lie_elsewhere(home: Path, tmp_path: Path) -> None:
     assert not found.may_read(shipped() / "graphs/imu.yaml")
 
 
-def test_files_that_change_come_or_go_are_told_apart_from_those_that_do_not(home: Path) -> None:
+def test_changed_new_and_deleted_files_are_detected(home: Path) -> None:
     given = Files.of(home / "inner.yaml")
     given.find("below/inner.yaml", home)
     with pytest.raises(NotFoundError):

@@ -63,7 +63,7 @@ def test_records_have_the_promised_shape(path: Path, monkeypatch: pytest.MonkeyP
         assert record["title"] == CODES[record["code"]]
 
 
-def test_a_record_in_full() -> None:
+def test_a_record_contains_all_fields() -> None:
     finding = Finding("G103", "twice", span(2, 3, 4), ("remove one",), ((span(1, path="b.yaml"), "first here"),))
     assert finding.record() == {
         "code": "G103",
@@ -95,7 +95,7 @@ def test_severity_follows_from_the_code() -> None:
 # Order
 
 
-def test_findings_are_sorted_by_file_and_place() -> None:
+def test_findings_are_sorted_by_file_and_position() -> None:
     findings = Findings()
     findings.add("G106", "third", span(2, 1))
     findings.add("G106", "fourth", span(1, 1, path="b.yaml"))
@@ -153,13 +153,13 @@ def test_carets_mark_the_reported_text() -> None:
         assert columns[first : first + caret.count("^")] == "".join(c * (2 if c in "名前" else 1) for c in under)
 
 
-def test_a_caret_may_stand_behind_the_last_character() -> None:
+def test_a_caret_can_be_behind_the_last_character() -> None:
     assert Finding("G102", "x", span(1, 4, text="abc")).render().split("\n")[2] == "       |    ^"
     assert Finding("G102", "x", span(1, 1, text="")).render().split("\n")[2] == "       | ^"
     assert Finding("G102", "x", span(1, 1 << 31, text="abc")).render().split("\n")[2] == "       |    ^"
 
 
-def test_a_place_without_its_line_has_no_excerpt() -> None:
+def test_a_position_without_its_line_has_no_excerpt() -> None:
     assert Finding("G101", "x", Span(Source("a.yaml", ()), 1, 1)).render() == "a.yaml:1:1: error G101: x"
 
 
@@ -169,7 +169,7 @@ def test_unprintable_characters_are_replaced() -> None:
     assert all(character.isprintable() or character == "\n" for character in text)
 
 
-def test_a_message_of_several_lines_is_indented_behind_its_place() -> None:
+def test_further_lines_of_a_message_are_indented() -> None:
     assert Finding("G307", "first\nsecond", None, ("help",)).render() == "error G307: first\n  second\n  help"
 
 
@@ -196,7 +196,7 @@ def test_a_message_of_several_lines_is_indented_behind_its_place() -> None:
         ("wheel_x7_front", [*(f"wheel_{i:05}_rear" for i in range(20_000)), "wheel_x_front"], "'wheel_x_front'"),
     ],
 )
-def test_near_names(name: str, legal: list[str], said: str) -> None:
+def test_similar_names_are_found(name: str, legal: list[str], said: str) -> None:
     assert did_you_mean(name, legal) == (f"did you mean {said}?" if said else "")
 
 
@@ -207,7 +207,7 @@ def test_listings_end_after_twenty() -> None:
     assert listing(map(str, range(22)), "joints").endswith("18, 19, … (2 more)")
 
 
-def test_values_in_few_words() -> None:
+def test_values_are_shown_in_a_short_form() -> None:
     values = [True, None, {"a": 1}, [1], 1.5, "text", "x" * 100]
     told = ["true", "nothing", "a mapping", "a list", "1.5", "'text'", f"'{'x' * 56}..."]
     assert list(map(shown, values)) == told

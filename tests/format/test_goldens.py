@@ -102,7 +102,7 @@ def told(assembly: LoadedScene) -> str:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_the_text_is_the_one_that_was_read_by_eye(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_output_equals_the_golden_file(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = told(assemble(path, monkeypatch))
     golden = path.with_suffix(".txt")
     if os.environ.get("UPDATE_GOLDENS"):
@@ -110,7 +110,7 @@ def test_the_text_is_the_one_that_was_read_by_eye(path: Path, monkeypatch: pytes
     assert text == golden.read_text(encoding="utf-8")
 
 
-def test_several_mistakes_are_told_at_once_in_order_of_place(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_several_errors_are_reported_together_in_order_of_position(monkeypatch: pytest.MonkeyPatch) -> None:
     findings = assemble(CASES / "many_in_one_graph.yaml", monkeypatch).findings.sorted()
     places = [(finding.span.line, finding.span.column) for finding in findings if finding.span]
     assert len({finding.code for finding in findings}) >= 6
@@ -119,7 +119,7 @@ def test_several_mistakes_are_told_at_once_in_order_of_place(monkeypatch: pytest
 
 
 @pytest.mark.parametrize(("code", "loop"), [("G209", "Error Gain Filter"), ("G210", "SubscribeTwist ComputeOdom Once")])
-def test_a_cycle_is_told_whole_with_its_lines(code: str, loop: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cycle_is_reported_completely_with_its_lines(code: str, loop: str, monkeypatch: pytest.MonkeyPatch) -> None:
     (path,) = CASES.glob(f"{code}_*.yaml")
     (finding,) = [f for f in assemble(path, monkeypatch).findings.errors if f.code == code]
     nodes = loop.split()

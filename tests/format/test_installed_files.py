@@ -23,7 +23,7 @@ def installation(environment: Environment) -> dict[str, Any]:
     return next(check for check in checks if check["name"] == "installation")
 
 
-def test_a_package_of_a_stranger_is_noticed_and_the_two_commands_repair_it(tmp_path: Path) -> None:
+def test_another_projects_package_is_detected_and_two_commands_repair_it(tmp_path: Path) -> None:
     wheel, environment = own_wheel(tmp_path), Environment(tmp_path / "venv")
     put(wheel, environment.site)
     clean = environment.graphrun("--version", "--verbose").stdout
@@ -65,7 +65,7 @@ def put(wheel: Path, folder: Path) -> None:
         content.extractall(folder)
 
 
-def test_the_same_package_under_its_old_name_is_noticed(site: Path, tmp_path: Path) -> None:
+def test_the_package_under_its_old_name_is_detected(site: Path, tmp_path: Path) -> None:
     put(make_wheel(tmp_path, "graphengine", "0.1.0", {**OWN, "graphengine/gone.py": b""}, SCRIPT), site)
     found, remedies = conflicts()
     assert found == [
@@ -75,7 +75,7 @@ def test_the_same_package_under_its_old_name_is_noticed(site: Path, tmp_path: Pa
     assert remedies == ["pip uninstall -y graphengine graphrun", "pip install .    # in a checkout of graphengine"]
 
 
-def test_an_editable_installation_is_repaired_as_one(site: Path, tmp_path: Path) -> None:
+def test_an_editable_installation_is_repaired_as_an_editable_installation(site: Path, tmp_path: Path) -> None:
     put(make_wheel(tmp_path, "graphengine", "0.1.0", {}, SCRIPT), site)
     (site / "graphrun-0.2.0.dist-info/direct_url.json").write_text(
         '{"dir_info": {"editable": true}, "url": "file:///x"}'
@@ -83,7 +83,7 @@ def test_an_editable_installation_is_repaired_as_one(site: Path, tmp_path: Path)
     assert conflicts()[1][1] == "pip install -e .    # in a checkout of graphengine"
 
 
-def test_files_of_nobody_are_to_be_deleted_and_compiled_ones_are_left_alone(site: Path) -> None:
+def test_foreign_files_are_reported_for_deletion_except_compiled_files(site: Path) -> None:
     (site / "graphengine/__pycache__").mkdir()
     (site / "graphengine/__pycache__/cli.cpython-311.pyc").write_bytes(b"")
     assert conflicts() == ([], [])
@@ -97,7 +97,7 @@ def test_files_of_nobody_are_to_be_deleted_and_compiled_ones_are_left_alone(site
 
 
 @pytest.mark.parametrize("removed", [False, True])
-def test_a_file_that_was_changed_or_removed_is_noticed(site: Path, removed: bool) -> None:
+def test_changed_and_removed_files_are_detected(site: Path, removed: bool) -> None:
     path = site / "graphengine/cli.py"
     if removed:
         path.unlink()

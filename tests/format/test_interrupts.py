@@ -112,5 +112,5 @@ def test_an_interrupt_is_raised_once_and_destructors_print_nothing(code: str) ->
     [IN_A_DESTRUCTOR_WITHOUT_MEMORY, IN_A_STARTING_THREAD, IN_A_THREAD, IN_THE_HANDLING_OF_ANOTHER_ERROR],
     ids=["destructor", "starting thread", "thread", "handling of an error"],
 )
-def test_a_lack_of_memory_where_nothing_can_catch_it_ends_the_program_with_one_line(code: str) -> None:
+def test_an_uncatchable_lack_of_memory_ends_the_program_with_one_line(code: str) -> None:
     assert ended(code) == (3, "before\n", "error: out of memory\n")

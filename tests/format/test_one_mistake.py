@@ -93,7 +93,9 @@ def scene(folder: Path, parameters: str) -> str:
         ("{}", ["G107 a.yaml:5"]),
     ],
 )
-def test_a_parameter_that_a_scene_gives_is_told_there(parameters: str, places: list[str], tmp_path: Path) -> None:
+def test_an_error_in_a_scenes_parameter_is_reported_in_the_scene(
+    parameters: str, places: list[str], tmp_path: Path
+) -> None:
     assert told(tmp_path, scene(tmp_path, parameters)) == places
 
 
@@ -141,7 +143,7 @@ def test_a_required_input_of_several_types(inputs: str, code: str, tmp_path: Pat
     assert told(tmp_path, f"{text}{wires}") == [f"{code} a.yaml:4"]
 
 
-def test_a_wire_that_was_refused_settles_no_type_and_is_told_once(tmp_path: Path) -> None:
+def test_a_refused_wire_determines_no_type_and_is_reported_once(tmp_path: Path) -> None:
     text = f"{TICK}  B: BreakVector3\n  A: ROS2PublishClock\n"
     wires = "connections: [Tick.tick -> A.execIn, Tick.tim -> B.tuple, B.x -> A.timeStamp]\n"
     assert told(tmp_path, f"{text}{wires}") == ["G204 a.yaml:6"]
@@ -169,15 +171,13 @@ def test_a_variable_that_is_written_by_a_wrong_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("kind", "outcome"), [("duble", "type"), ("double", "default")])
-def test_a_variable_of_which_something_was_told_is_there_for_its_readers(
-    kind: str, outcome: str, tmp_path: Path
-) -> None:
+def test_a_variable_with_an_error_exists_for_its_readers(kind: str, outcome: str, tmp_path: Path) -> None:
     text = f"{VARIABLE}  Read: {{type: ReadVariable, inputs: {{variableName: speed}}}}\n{READING}{READ_ON}"
     text = text.replace("double", kind).replace("1.0}}\nn", "fast}}\nn" if outcome == "default" else "1.0}}\nn")
     assert told(tmp_path, text) == ["G211 a.yaml:2"]
 
 
-def test_a_variable_is_told_with_the_one_that_is_near(tmp_path: Path) -> None:
+def test_an_unknown_variable_is_reported_with_a_similar_name(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(f"{VARIABLE}  Read: {{type: ReadVariable, inputs: {{variableName: sped}}}}\n{READING}{READ_ON}")
     (finding,) = build.load(path).findings.errors

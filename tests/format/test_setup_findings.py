@@ -35,40 +35,40 @@ def told(folder: Path, nodes: str, wires: str, *, scene: bool = False, **overrid
         ("robotPath: /rovr, targetPrim: /rover", "G301 /rovr"),
     ],
 )
-def test_the_place_is_the_value_that_asked(inputs: str, place: str, tmp_path: Path) -> None:
+def test_a_setup_error_has_the_position_of_the_value(inputs: str, place: str, tmp_path: Path) -> None:
     node = f"  A: {{type: IsaacArticulationController, inputs: {{{inputs}}}}}\n"
     assert told(tmp_path, node, "Tick.tick -> A.execIn", scene=True) == [place]
 
 
-def test_a_value_from_the_command_line_has_the_place_of_its_node(tmp_path: Path) -> None:
+def test_an_error_in_a_command_line_value_has_the_position_of_the_node(tmp_path: Path) -> None:
     node = "  A: {type: IsaacArticulationController, inputs: {targetPrim: /rover}}\n"
     assert told(tmp_path, node, "Tick.tick -> A.execIn", scene=True, A__jointNames=["arm"]) == ["G303 A"]
 
 
-def test_a_value_that_came_by_wire_has_the_place_of_its_node(tmp_path: Path) -> None:
+def test_an_error_in_a_wired_value_has_the_position_of_the_node(tmp_path: Path) -> None:
     controller = "{type: IsaacArticulationController, inputs: {targetPrim: /rovr}}"
     nodes = f"  A: {controller}\n  B: IsaacArticulationController\n"
     wires = "Tick.tick -> A.execIn, Tick.tick -> B.execIn, A.inputs:targetPrim -> B.targetPrim"
     assert told(tmp_path, nodes, wires, scene=True) == ["G301 /rovr"]  # B lacks only what A was told wrongly
 
 
-def test_a_missing_input_is_told_once(tmp_path: Path) -> None:
+def test_a_missing_input_is_reported_once(tmp_path: Path) -> None:
     assert told(tmp_path, "  A: IsaacComputeOdometry\n", "Tick.tick -> A.execIn") == ["G208 A"]
 
 
-def test_other_mistakes_of_a_node_are_told_beside_a_wrong_input(tmp_path: Path) -> None:
+def test_other_errors_of_a_node_are_reported_beside_a_wrong_input(tmp_path: Path) -> None:
     nodes = "  A: {type: ROS2PublishClock, inputs: {timeStamp: now, topicName: 2 clocks}}\n"
     assert told(tmp_path, nodes, "Tick.tick -> A.execIn") == ["G211 now", "G304 2 clocks"]
 
 
-def test_nodes_behind_a_refused_wire_are_not_called_idle(tmp_path: Path) -> None:
+def test_nodes_behind_a_refused_wire_are_not_reported_as_idle(tmp_path: Path) -> None:
     nodes = "  A: ROS2SubscribeTwist\n  B: ROS2PublishClock\n"
     assert told(tmp_path, nodes, "Tick.tock -> A.execIn, A.execOut -> B.execIn") == ["G204 Tick.tock"]
     assert told(tmp_path, nodes, "A.execOut -> B.execIn") == ["W101 A", "W101 B"]
 
 
 @pytest.mark.parametrize("wire", ["Tick.tick => A.execIn", "Tick.tick -> A.execIn -> B.execIn", "Tick -> A.execIn"])
-def test_nodes_behind_a_wire_that_cannot_be_read_are_not_called_idle(wire: str, tmp_path: Path) -> None:
+def test_nodes_behind_an_unreadable_wire_are_not_reported_as_idle(wire: str, tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     nodes = "  A: ROS2SubscribeTwist\n  B: ROS2PublishClock\n  C: ROS2Context\n"
     wires = f"['{wire}', A.execOut -> B.execIn, C.context -> B.context]"
@@ -84,7 +84,9 @@ def test_nodes_behind_a_wire_that_cannot_be_read_are_not_called_idle(wire: str, 
         ("left", "left", "A.jointNames is a token[]: expected a list of token, got 'left'"),
     ],
 )
-def test_of_a_list_the_element_is_told_that_is_wrong(value: str, underlined: str, message: str, tmp_path: Path) -> None:
+def test_an_error_in_a_list_has_the_position_of_the_element(
+    value: str, underlined: str, message: str, tmp_path: Path
+) -> None:
     node = f"  A: {{type: IsaacArticulationController, inputs: {{targetPrim: /rover, jointNames: {value}}}}}\n"
     assert told(tmp_path, node, "Tick.tick -> A.execIn") == [f"G211 {underlined}"]
     assert [finding.message for finding in build.load(tmp_path / "a.yaml").findings.errors] == [message]

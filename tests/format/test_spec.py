@@ -57,7 +57,7 @@ def validator(kind: str) -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(schema)
 
 
-def test_files_of_every_kind_ship() -> None:
+def test_files_of_every_kind_are_included() -> None:
     assert {read(path)[0] for path in FILES} == {"graph", "scene", "robot"}
 
 
@@ -159,7 +159,7 @@ BOTH = "6:5 orientation: give either rpy_deg: [roll, pitch, yaw] or quaternion_x
         ("{rpy_deg: [0, 0, .inf]}", "6:35 rpy_deg[2]: expected a finite number, got inf"),
     ],
 )
-def test_orientations(orientation: str, message: str) -> None:
+def test_illegal_orientations_are_refused(orientation: str, message: str) -> None:
     assert told(SceneSpec, TURNED + orientation) == [message]
 
 
@@ -168,7 +168,7 @@ def test_both_orientations_are_accepted() -> None:
     assert told(SceneSpec, TURNED + "{quaternion_xyzw: [0, 0, 0, 1]}") == []
 
 
-def test_every_mistake_of_a_file_is_told_at_once() -> None:
+def test_all_errors_of_a_file_are_reported_together() -> None:
     text = (
         f"{GRAPH}runs: often\nnodes: {{a-b: x, C: {{}}, D: 5}}\nconnections: [1, [x]]\nlayout: {{A: [1]}}\nextra: 1\n"
     )

@@ -38,7 +38,7 @@ def first(folder: Path, text: str) -> tuple[str, str, tuple[str, ...]]:
         ("{type: int|double}", f"{ONE_TYPE} int | double", "int|double"),
     ],
 )
-def test_a_variable_that_makes_no_sense(variable: str, message: str, marked: str, tmp_path: Path) -> None:
+def test_illegal_variables_are_reported(variable: str, message: str, marked: str, tmp_path: Path) -> None:
     assert first(tmp_path, f"graph: g\nvariables:\n  v: {variable}\n")[:2] == (f"variable 'v'{message}", marked)
 
 
@@ -55,14 +55,14 @@ def test_a_variable_that_makes_no_sense(variable: str, message: str, marked: str
         ),
     ],
 )
-def test_a_value_with_its_type_that_makes_no_sense(value: str, message: str, marked: str, tmp_path: Path) -> None:
+def test_illegal_typed_values_are_reported(value: str, message: str, marked: str, tmp_path: Path) -> None:
     text = f"{TICK}  A: {{type: Add, inputs: {{b: 1, a: {value}}}}}\n"
     said, shown, _ = first(tmp_path, text)
     assert (said[: len(message)], shown) == (message, marked)
     assert "a mapping" not in said
 
 
-def test_a_value_and_a_wire_are_told_at_the_value_whatever_its_key(tmp_path: Path) -> None:
+def test_a_value_of_a_wired_input_is_reported_at_the_value(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     node = "  A: {type: ROS2PublishClock, inputs: {inputs:timeStamp: 1.0}}\n"
     path.write_text(f"{TICK}{node}connections: [Tick.tick -> A.execIn, Tick.time -> A.timeStamp]\n")
@@ -71,7 +71,7 @@ def test_a_value_and_a_wire_are_told_at_the_value_whatever_its_key(tmp_path: Pat
     assert (finding.code, finding.span.column, finding.span.length) == ("W103", 40, len("inputs:timeStamp"))
 
 
-def test_of_many_legal_texts_only_some_are_told(tmp_path: Path) -> None:
+def test_of_many_legal_texts_only_some_are_listed(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(f"{TICK}  Make: {{type: ConstructArray, inputs: {{arrayType: 'doubl[]', input0: 1}}}}\n")
     (finding,) = build.load(path).findings.errors

@@ -92,7 +92,7 @@ def test_repeated_keys_merge_in_parameter_files_of_ros(text: str, merged: object
     assert found.data == merged
 
 
-def test_not_a_number() -> None:
+def test_nan_is_read_as_nan() -> None:
     assert math.isnan(data("a: .NaN\n")["a"])
 
 
@@ -145,7 +145,7 @@ def test_numbers_that_python_cannot_hold_faithfully_are_refused() -> None:
         ("%YAML 3.0\n---\na: 1\n", "G102 1:1 YAML syntax: found incompatible YAML document"),
     ],
 )
-def test_each_refused_construct_has_one_finding_at_its_place(text: str, told: str) -> None:
+def test_each_refused_construct_has_one_finding_at_its_position(text: str, told: str) -> None:
     assert refusal(text) == told
 
 
@@ -159,7 +159,7 @@ def test_tabs_that_separate_are_legal() -> None:
     assert data("a:\tx\nb: [1,\t2]\t# c\n") == {"a": "x", "b": [1, 2]}
 
 
-def test_legal_yaml_that_looks_unusual() -> None:
+def test_unusual_but_legal_yaml_is_read() -> None:
     assert data("%YAML 1.1\n---\na: no\n...\n") == {"a": "no"}
     assert data("'1': x\n\"<<\": y\n") == {"1": "x", "<<": "y"}
     assert data("? a\n: b\n") == {"a": "b"}
@@ -167,7 +167,7 @@ def test_legal_yaml_that_looks_unusual() -> None:
     assert data("a: |\n  %TAG is a text here\n") == {"a": "%TAG is a text here\n"}
 
 
-def test_aliases_repeat_the_value_and_its_place() -> None:
+def test_aliases_repeat_the_value_and_its_position() -> None:
     found, findings = parse("a: &a {x: [1, 2]}\nb: *a\nc: [*a, *a]\n&k d: *a\ne: *k\n")
     assert not findings.items
     assert found is not None
@@ -199,7 +199,7 @@ def test_lines_are_counted_as_the_parser_counts_them(end: str) -> None:
     ]
 
 
-def test_places_of_values_and_keys() -> None:
+def test_values_and_keys_have_their_positions() -> None:
     found, _ = parse("nodes:\n  Diff: {type: x, 'inputs': [1, 22]}\n")
     assert found is not None
     places = {

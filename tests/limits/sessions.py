@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 from mcap.records import Chunk, Metadata
 from pydantic import ValidationError
 
+from graphengine.api.value_table import ValueTable
 from graphengine.control import parameter_services, runs
 from graphengine.control.channel import Channel
 from graphengine.control.simulation_interfaces import entities, filters, resources, results
@@ -30,7 +32,7 @@ from graphengine.recording.sources import Workspace
 from graphengine.recording.writer import RecordingWriter
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime import parameter_table, reloading
+from graphengine.runtime import parameter_table, port_values, reloading
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import Rate, Step
 from graphengine.runtime.fault_commands import Fault
@@ -238,6 +240,33 @@ def _(size: int) -> bool:
     with pytest.raises(RecordingError) as error:
         Manifest.from_metadata({"format": str(manifest.FORMAT), "version": "{}".ljust(size)})
     return "cannot be read" not in str(error.value)
+
+
+@limit("api.value_table.MAX_COLUMNS", at=3)
+def _(columns: int) -> bool:
+    with closing(ValueTable()) as table:
+        return accepts(lambda: table.add(1, "a", [0.0] * columns), UsageError)
+
+
+@limit("api.value_table.MAX_ELEMENTS", at=3)
+def _(elements: int) -> bool:
+    with closing(ValueTable()) as table:
+        table.add(1, "a", [0.0] * elements)
+        return not table.omitted
+
+
+@limit("runtime.port_values.MAX_ELEMENTS", at=3)
+def _(elements: int) -> bool:
+    return port_values._kind((0.0,) * elements) is not None
+
+
+@limit("runtime.port_values.MAX_PORTS", at=3)
+def _(ports: int, folder: Path) -> bool:
+    nodes = "".join(f"  N{number}: {{type: ConstantDouble}}\n" for number in range(ports))
+    (folder / "g.yaml").write_text(f"graph: g\nnodes:\n{nodes}", encoding="utf-8")
+    network = LiveNetwork(lambda _: MemoryTransport(), 0, print)
+    with build.start(build.load(folder / "g.yaml"), network) as session:
+        return accepts(lambda: port_values.PortValues(session, ["N*.value"]), UsageError)
 
 
 @limit("recording.reader.MAX_SILENCE", at=3)

@@ -287,21 +287,10 @@ def _(metres: float) -> bool:
     return transform_listener._pose(transform) is not None
 
 
-class AcceptedError(Exception):
-    """A goal was accepted."""
-
-
 @limit("nodes.ros2.gripper_command._LARGEST")
 def _(number: float) -> bool:
-    def accept() -> None:
-        raise AcceptedError
-
-    given = (0.0, -number, number, "")
-    node = SimpleNamespace(
-        read=lambda command: given, logger=SimpleNamespace(log=print), server=SimpleNamespace(action="/a")
-    )
-    goal = SimpleNamespace(message=SimpleNamespace(command=None), accept=accept, reject=lambda: None)
-    return not accepts(lambda: ROS2GripperCommand.begin(node, goal), AcceptedError)  # type: ignore[arg-type]
+    command = SimpleNamespace(position=-number, max_effort=number)
+    return accepts(lambda: ROS2GripperCommand(target_prim=("/hand",), joint_name="finger").read(command), ValueError)
 
 
 @limit("nodes.ros2.robot_action._LARGEST")

@@ -89,7 +89,7 @@ def test_a_goal_with_the_uuid_of_another_is_rejected(served: Served) -> None:
     assert served.peer.accepted == [True, False]
 
 
-def test_results_are_answered_at_the_end_also_where_they_were_asked_before(served: Served) -> None:
+def test_result_requests_get_their_response_at_the_end_of_the_goal_even_if_they_came_earlier(served: Served) -> None:
     goal = served.accepted()
     served.peer.ask_result(ONE)
     served.tick()
@@ -106,7 +106,7 @@ def test_results_are_answered_at_the_end_also_where_they_were_asked_before(serve
     assert served.peer.status == [[EXECUTING], [SUCCEEDED]]
 
 
-def test_a_goal_that_has_ended_holds_its_result_and_no_longer_what_the_client_sent(served: Served) -> None:
+def test_an_ended_goal_keeps_its_result_and_drops_the_message_of_the_client(served: Served) -> None:
     goal = served.accepted()
     before = served.server.save()
     goal.succeed(result())
@@ -115,7 +115,7 @@ def test_a_goal_that_has_ended_holds_its_result_and_no_longer_what_the_client_se
     assert (goal.active, goal.message.steps) == (True, 3)
 
 
-def test_results_are_kept_for_a_time(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_are_discarded_after_the_timeout(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(goals, "RESULT_TIMEOUT", 1.0)
     served.accepted().succeed()
     second = round(1.0 / served.context.clock.delta)
@@ -127,7 +127,7 @@ def test_results_are_kept_for_a_time(served: Served, monkeypatch: pytest.MonkeyP
     assert served.peer.status[-1] == []
 
 
-def test_feedback_names_its_goal_and_is_sent_only_to_somebody() -> None:
+def test_feedback_has_the_uuid_of_its_goal_and_is_sent_only_to_subscribers() -> None:
     served = Served()
     goal = served.accepted()
     feedback = DEFINITIONS.initial(f"{STEPS}_Feedback")
@@ -160,7 +160,7 @@ def test_goals_are_cancelled_by_uuid_by_time_or_all(served: Served, how: str) ->
     assert served.peer.status == [[EXECUTING], [CANCELING], [CANCELED]]
 
 
-def test_what_cannot_be_cancelled_is_told_by_the_code_of_rcl_action(served: Served) -> None:
+def test_a_refused_cancellation_has_the_return_code_of_rcl_action(served: Served) -> None:
     goal = served.accepted()
     served.peer.cancel(OTHER)
     served.peer.cancel(ONE)
@@ -175,7 +175,7 @@ def test_what_cannot_be_cancelled_is_told_by_the_code_of_rcl_action(served: Serv
     assert [answer.return_code for answer in served.peer.cancelled] == [unknown, none, terminated, none, terminated]
 
 
-def test_a_goal_ends_once_and_is_canceled_only_when_asked(served: Served) -> None:
+def test_a_goal_ends_only_once_and_becomes_canceled_only_after_a_request(served: Served) -> None:
     goal = served.accepted()
     with pytest.raises(ValueError, match="a goal that is executing cannot become canceled"):
         goal.canceled()
@@ -191,7 +191,7 @@ def test_only_results_of_the_action_end_a_goal(served: Served) -> None:
     assert goal.active
 
 
-def test_a_stop_aborts_goals_and_rejects_those_that_nobody_answered(served: Served) -> None:
+def test_a_stop_aborts_active_goals_and_rejects_pending_goals(served: Served) -> None:
     served.accepted()
     served.peer.ask_result(ONE)
     served.tick()
@@ -216,7 +216,7 @@ def test_closing_aborts_goals(served: Served) -> None:
     assert served.context.services.actions == []
 
 
-def test_a_server_that_is_handed_over_keeps_its_goals(served: Served) -> None:
+def test_an_action_server_keeps_its_goals_when_its_graph_is_exchanged(served: Served) -> None:
     goal = served.accepted()
     served.peer.ask_result(ONE)
     before = served.context
@@ -234,7 +234,7 @@ def test_a_server_that_is_handed_over_keeps_its_goals(served: Served) -> None:
     after.close()
 
 
-def test_a_checkpoint_has_the_goals(served: Served) -> None:
+def test_restoring_a_checkpoint_restores_the_goals(served: Served) -> None:
     goal = served.accepted()
     services = served.context.services
     saved = services.save(), services.network.save()

@@ -93,7 +93,7 @@ def encoders() -> dict[str, CheckedEncoder]:
 
 
 @pytest.mark.parametrize(("kind", "message"), GOOD)
-def test_the_bytes_are_those_of_the_general_encoder(
+def test_the_checked_encoder_returns_the_bytes_of_the_general_encoder(
     encoders: dict[str, CheckedEncoder], kind: str, message: Any
 ) -> None:
     assert CheckedEncoder(kind, DEFINITIONS).encode(message) == anew(message, kind)
@@ -101,7 +101,7 @@ def test_the_bytes_are_those_of_the_general_encoder(
 
 
 @pytest.mark.parametrize(("kind", "message"), BAD)
-def test_the_errors_are_those_of_the_general_encoder(
+def test_the_checked_encoder_raises_the_errors_of_the_general_encoder(
     encoders: dict[str, CheckedEncoder], kind: str, message: Any
 ) -> None:
     with pytest.raises(MessageError) as expected:
@@ -112,7 +112,9 @@ def test_the_errors_are_those_of_the_general_encoder(
 
 
 @pytest.mark.parametrize(("message", "most"), [({"linear": {"x": 0.5}, "angular": {"z": 0.1}}, 4), (twist(), 4)])
-def test_a_twist_costs_a_handful_of_calls(encoders: dict[str, CheckedEncoder], message: Any, most: int) -> None:
+def test_encoding_a_twist_takes_few_function_calls(
+    encoders: dict[str, CheckedEncoder], message: Any, most: int
+) -> None:
     """A mapping: `encode`, and `_write` for it and its two parts. An object: its type, and the template."""
     calls: list[str] = []
 

@@ -58,12 +58,12 @@ def test_a_scene_sends_the_same_bytes_in_each_distribution(distro: Distro) -> No
     assert all(shipped(distro).type_hash(name) == DEFINITIONS.type_hash(name) for name in sent)
 
 
-def test_a_type_that_is_the_same_has_one_class_so_nodes_need_not_know_the_distribution() -> None:
+def test_a_type_with_equal_definitions_has_one_class_in_all_distributions() -> None:
     for distro in DISTROS:
         assert shipped(distro).message_class("geometry_msgs/msg/Twist") is messages.Twist
 
 
-def test_a_type_that_a_distribution_lacks_is_unknown() -> None:
+def test_a_type_missing_in_a_distribution_is_unknown_there() -> None:
     assert shipped("kilted").definition(POSE_2D)
     with pytest.raises(MessageTypeError, match="no message type"):
         shipped("lyrical").definition(POSE_2D)
@@ -79,7 +79,7 @@ def test_the_types_of_folders_are_kept_when_the_distribution_changes(tmp_path: P
     assert hasattr(lyrical.initial("my_msgs/msg/Step").event, "stamp")
 
 
-def test_a_folder_with_the_definition_of_another_distribution_is_told_of_the_choice(tmp_path: Path) -> None:
+def test_a_definition_of_another_distribution_is_an_error_that_advises_distro(tmp_path: Path) -> None:
     (tmp_path / "lifecycle_msgs" / "msg").mkdir(parents=True)
     text = str(shipped("lyrical").definition(TRANSITION))
     (tmp_path / "lifecycle_msgs" / "msg" / "TransitionEvent.msg").write_text(text)

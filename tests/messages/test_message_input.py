@@ -31,7 +31,7 @@ def complaint(text: str, message_type: str) -> str:
     return str(told.value)
 
 
-def test_the_tutorials_own_command_is_understood() -> None:
+def test_the_yaml_of_the_ros_tutorial_is_parsed() -> None:
     text = "{'linear': {'x': 1, 'y': 0.0, 'z': 0.0}, 'angular': {'x': 0.0, 'y': 0.0, 'z': 1.0}}"
     twist = made(text, TWIST)
     assert (twist.linear.x, twist.linear.y, twist.angular.z) == (1.0, 0.0, 1.0)
@@ -88,7 +88,7 @@ def test_auto_and_now_are_the_time_at_which_the_message_is_sent(text: str) -> No
     assert header.frame_id == ("map" if "map" in text else "")
 
 
-def test_times_that_are_given_stay() -> None:
+def test_given_times_stay_unchanged() -> None:
     draft = parse("header: {stamp: {sec: 3}}", "geometry_msgs/msg/TwistStamped")
     assert draft.stamp(5_000_000_007).header.stamp.sec == 3
 
@@ -115,7 +115,7 @@ def test_times_that_are_given_stay() -> None:
         ("nav_msgs/msg/Odometry", "{pose: {covariance: [1, 2]}}", "covariance has 2 elements, not 36"),
     ],
 )
-def test_a_value_that_does_not_fit_is_reported_with_its_place(message_type: str, text: str, expected: str) -> None:
+def test_a_value_that_does_not_fit_is_reported_with_its_position(message_type: str, text: str, expected: str) -> None:
     assert expected in complaint(text, message_type)
 
 
@@ -130,7 +130,7 @@ def test_the_short_name_of_a_type_means_a_message() -> None:
 
 
 @given(st.lists(st.floats(), max_size=4), st.text(max_size=8), st.booleans(), st.integers(-(2**63), 2**63 - 1))
-def test_the_printed_form_of_a_message_reads_back_as_the_same_message(
+def test_parsing_the_yaml_of_a_printed_message_gives_the_same_message(
     floats: list[float], text: str, flag: bool, number: int
 ) -> None:
     message_type = "rcl_interfaces/msg/ParameterValue"

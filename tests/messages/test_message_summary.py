@@ -41,7 +41,7 @@ def make_scan(*ranges: float, intensities: tuple[float, ...] = ()) -> Any:
     return make("LaserScan", text, ranges=values[0], intensities=values[1])
 
 
-def test_a_scan_is_its_beams_its_extent_and_a_line_of_bars() -> None:
+def test_a_scan_is_summarized_by_beams_extent_and_a_line_of_bars() -> None:
     nan, inf = math.nan, math.inf
     assert summary(make_scan(1.0, 2.0, inf, 8.0, nan, 4.0, 0.05, 30.0, intensities=(5.0, 200.0))) == [
         "LaserScan of frame 'lidar' at 12.345 s",
@@ -60,7 +60,7 @@ def test_a_scan_without_any_return_has_no_bars() -> None:
     ]
 
 
-def test_of_many_beams_a_bar_shows_the_nearest() -> None:
+def test_each_bar_shows_the_nearest_of_its_beams() -> None:
     values = np.full(1000, 8.0)
     values[500] = 1.0
     line = sparkline(values, 10)
@@ -68,7 +68,7 @@ def test_of_many_beams_a_bar_shows_the_nearest() -> None:
 
 
 @given(st.lists(st.floats(0.0, 1e6) | st.sampled_from([math.nan, math.inf]), max_size=50), st.integers(-3, 80))
-def test_a_sparkline_is_never_wider_than_asked_and_higher_for_greater_values(values: list[float], width: int) -> None:
+def test_a_sparkline_is_never_too_wide_and_has_higher_bars_for_greater_values(values: list[float], width: int) -> None:
     line = sparkline(np.array(values), width)
     assert len(line) == max(0, min(width, len(values)))
     if len(line) == len(values):
@@ -89,7 +89,7 @@ def make_image(pixels: NDArray[Any], encoding: str, **fields: Any) -> Any:
     )
 
 
-def test_an_image_is_its_size_its_encoding_and_the_extent_of_each_channel() -> None:
+def test_an_image_is_summarized_by_size_encoding_and_extent_of_each_channel() -> None:
     pixels = np.zeros((2, 4, 3), np.uint8)
     pixels[0, 0] = 10, 20, 40
     assert summary(make_image(pixels, "bgr8"), picture=False) == [
@@ -99,24 +99,24 @@ def test_an_image_is_its_size_its_encoding_and_the_extent_of_each_channel() -> N
     ]
 
 
-def test_a_depth_image_tells_what_is_not_finite() -> None:
+def test_the_summary_of_a_depth_image_counts_values_that_are_not_finite() -> None:
     pixels = np.array([[1.0, 2.0], [np.inf, np.nan]], np.float32)
     assert summary(make_image(pixels, "32FC1"), picture=False)[2] == "  1 to 2, mean 1.5, 2 not finite"
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
-def test_the_order_of_bytes_counts(order: str) -> None:
+def test_big_endian_images_are_read_in_their_byte_order(order: str) -> None:
     pixels = np.array([[1, 256], [513, 2]], f"{order}u2")
     assert summary(make_image(pixels, "16UC1", is_bigendian=order == ">"))[2].startswith("  1 to 513, mean 193")
 
 
-def test_the_rest_of_a_padded_row_is_left_out() -> None:
+def test_padding_at_the_end_of_rows_is_ignored() -> None:
     pixels = np.full((2, 4), 99, np.uint8)
     pixels[:, :3] = 5
     assert summary(make_image(pixels, "mono8", width=3))[2] == "  5 to 5, mean 5"
 
 
-def test_a_picture_is_drawn_in_blocks_bright_ones_full() -> None:
+def test_bright_pixels_of_a_picture_are_drawn_as_full_blocks() -> None:
     pixels = np.zeros((40, 80), np.uint8)
     pixels[:, 40:] = 255
     *_, first, last = summary(make_image(pixels, "mono8"))
@@ -128,7 +128,7 @@ def test_a_picture_is_drawn_in_blocks_bright_ones_full() -> None:
 @pytest.mark.parametrize(
     "fields", [{"encoding": "bayer_rggb8"}, {"encoding": "8FC1"}, {"height": 3}, {"step": 1}, {"width": 2**32 - 1}]
 )
-def test_an_image_that_cannot_be_read_is_told_by_its_size(fields: dict[str, Any]) -> None:
+def test_an_unreadable_image_is_summarized_by_its_size(fields: dict[str, Any]) -> None:
     lines = summary(make_image(np.zeros((2, 4), np.uint8), **{"encoding": "mono8"} | fields))
     assert lines[2:] == [UNREADABLE]
 
@@ -139,7 +139,9 @@ def test_an_image_that_cannot_be_read_is_told_by_its_size(fields: dict[str, Any]
     st.binary(max_size=200),
     st.integers(0, 100),
 )
-def test_no_image_is_too_odd(encoding: str, height: int, width: int, step: int, data: bytes, columns: int) -> None:
+def test_no_malformed_image_raises_an_error(
+    encoding: str, height: int, width: int, step: int, data: bytes, columns: int
+) -> None:
     values: dict[str, Any] = {"encoding": encoding, "height": height, "width": width, "step": step}
     lines = summary(make("Image", **values, data=np.frombuffer(data, np.uint8)), columns)
     assert all(len(line) <= max(columns, 2) for line in lines[3:])
@@ -162,7 +164,7 @@ POINTS = np.array(
 )
 
 
-def test_a_cloud_is_the_number_of_its_points_and_the_extent_of_each_field() -> None:
+def test_a_cloud_is_summarized_by_its_number_of_points_and_the_extent_of_each_field() -> None:
     assert summary(make_cloud(POINTS)) == [
         "PointCloud2 of frame 'lidar' at 12.345 s",
         "  3 points (3 x 1) of 12 bytes: x, y, ring",
@@ -172,12 +174,14 @@ def test_a_cloud_is_the_number_of_its_points_and_the_extent_of_each_field() -> N
 
 
 @pytest.mark.parametrize("fields", [{"height": 2}, {"point_step": 2}, {"width": 2**32 - 1}, {"row_step": 0}])
-def test_a_cloud_that_cannot_be_read_is_told_by_its_size(fields: dict[str, Any]) -> None:
+def test_an_unreadable_cloud_is_summarized_by_its_size(fields: dict[str, Any]) -> None:
     assert summary(make_cloud(POINTS, **fields))[2:] == [UNREADABLE]
 
 
 @given(*[st.integers(0, 5) | st.integers(0, 2**32 - 1)] * 4, st.binary(max_size=100), st.booleans())
-def test_no_cloud_is_too_odd(height: int, width: int, step: int, row: int, data: bytes, big: bool) -> None:
+def test_no_malformed_cloud_raises_an_error(
+    height: int, width: int, step: int, row: int, data: bytes, big: bool
+) -> None:
     sizes = {"height": height, "width": width, "point_step": step, "row_step": row, "is_bigendian": big}
     assert len(summary(make_cloud(POINTS, **sizes, data=np.frombuffer(data, np.uint8)))) >= 3
 

@@ -57,13 +57,15 @@ twists = st.builds(lambda v, w: messages.Twist(messages.Vector3(*v), messages.Ve
 
 @pytest.mark.parametrize("kind", [odometries, trees, clocks, twists, joint_states])
 @given(data=st.data())
-def test_a_stream_of_messages_gets_the_encoders_bytes(kind: st.SearchStrategy[Any], data: st.DataObject) -> None:
+def test_each_message_of_a_stream_gets_the_bytes_of_the_general_encoder(
+    kind: st.SearchStrategy[Any], data: st.DataObject
+) -> None:
     encoder = Encoder()
     for message in data.draw(st.lists(kind, min_size=1, max_size=12)):
         assert encoder.encode(message) == messages.encode(message)
 
 
-def test_a_template_serves_what_differs_in_numbers_alone() -> None:
+def test_a_template_encodes_only_messages_that_differ_in_numbers() -> None:
     first = odometry(1.0, "odom", (1, 2, 3), (0, 0, 0, 1), (4, 5, 6), (7, 8, 9))
     template = template_of(first)
     other = odometry(2.5, "odom", (3, 2, 1), (0, 0, 1, 0), (6, 5, 4), (9, 8, 7))
@@ -72,7 +74,7 @@ def test_a_template_serves_what_differs_in_numbers_alone() -> None:
 
 
 @pytest.mark.parametrize("writeable", [False, True])
-def test_arrays_of_fixed_length_are_read_each_time(writeable: bool) -> None:
+def test_arrays_of_fixed_length_are_read_for_each_message(writeable: bool) -> None:
     message = odometry(1.0, "odom", (1, 2, 3), (0, 0, 0, 1), (4, 5, 6), (7, 8, 9))
     values = np.zeros(36)
     message.pose.covariance = values.view()
@@ -84,7 +86,7 @@ def test_arrays_of_fixed_length_are_read_each_time(writeable: bool) -> None:
     assert template.encode(message) == messages.encode(message)
 
 
-def test_an_array_of_another_shape_is_told_as_ever() -> None:
+def test_an_array_of_another_shape_raises_the_error_of_the_general_encoder() -> None:
     message = odometry(1.0, "odom", (1, 2, 3), (0, 0, 0, 1), (4, 5, 6), (7, 8, 9))
     encoder = Encoder()
     encoder.encode(message)
@@ -93,7 +95,7 @@ def test_an_array_of_another_shape_is_told_as_ever() -> None:
         encoder.encode(message)
 
 
-def test_large_arrays_are_copied_into_the_message_alone() -> None:
+def test_a_large_array_is_copied_only_once() -> None:
     message = scan(np.zeros(2751, np.float32), np.zeros(2751, np.float32))
     template = template_of(message)
     ranges = np.linspace(0.5, 9.0, 2751, dtype=np.float32)
@@ -107,7 +109,7 @@ def test_large_arrays_are_copied_into_the_message_alone() -> None:
 
 
 @pytest.mark.parametrize("pixels", [0, 1, 3, 1023, 1024, 1025, 4098])
-def test_what_lies_behind_an_array_of_any_length_is_found(pixels: int) -> None:
+def test_fields_behind_an_array_of_any_length_are_encoded(pixels: int) -> None:
     fields = [messages.PointField("x", 0, messages.PointField.FLOAT32, 1)]
     data = np.arange(pixels).astype(np.uint8)
     cloud = messages.PointCloud2(messages.header(0.0, "lidar"), 1, pixels, fields, False, 1, pixels, data, False)
@@ -117,7 +119,7 @@ def test_what_lies_behind_an_array_of_any_length_is_found(pixels: int) -> None:
 
 
 @pytest.mark.parametrize("other", [np.zeros(2750, np.float32), np.zeros(2752, np.float32), np.zeros(2751, np.int32)])
-def test_a_large_array_of_another_type_or_length_is_left_to_the_encoder(other: Any) -> None:
+def test_the_general_encoder_encodes_a_large_array_of_another_type_or_length(other: Any) -> None:
     ranges = np.zeros(2751, np.float32)
     encoder, message = Encoder(), scan(ranges, ranges)
     encoder.encode(message)
@@ -127,7 +129,7 @@ def test_a_large_array_of_another_type_or_length_is_left_to_the_encoder(other: A
     assert encoder.encode(message) == messages.encode(message)
 
 
-def test_a_large_array_that_is_not_contiguous_is_told_as_ever() -> None:
+def test_a_large_array_that_is_not_contiguous_raises_the_error_of_the_general_encoder() -> None:
     ranges = np.zeros(2751, np.float32)
     encoder = Encoder()
     encoder.encode(scan(ranges, ranges))
@@ -135,7 +137,7 @@ def test_a_large_array_that_is_not_contiguous_is_told_as_ever() -> None:
         encoder.encode(scan(np.zeros(5502, np.float32)[::2], ranges))
 
 
-def test_an_array_of_another_type_is_left_to_the_encoder() -> None:
+def test_the_general_encoder_encodes_an_array_of_another_type() -> None:
     joints = messages.JointState(messages.header(0.0, ""), ["a", "b"], np.ones(2), np.ones(2), np.ones(2))
     template = template_of(joints)
     other: Any = np.ones(2, np.float32)
@@ -151,7 +153,7 @@ def test_names_that_are_changed_in_place_are_noticed() -> None:
     assert encoder.encode(joints) == messages.encode(joints)
 
 
-def test_bytes_once_given_do_not_change() -> None:
+def test_returned_bytes_do_not_change_later() -> None:
     encoder = Encoder()
     encoder.encode(messages.Clock(messages.stamp(1.0)))
     second = encoder.encode(messages.Clock(messages.stamp(2.0)))
@@ -160,7 +162,7 @@ def test_bytes_once_given_do_not_change() -> None:
     assert second == kept
 
 
-def test_a_field_of_a_wrong_type_is_told_as_ever() -> None:
+def test_a_field_of_a_wrong_type_raises_the_error_of_the_general_encoder() -> None:
     encoder = Encoder()
     encoder.encode(messages.Clock(messages.stamp(1.0)))
     with pytest.raises(messages.MessageError):

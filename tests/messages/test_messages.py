@@ -112,7 +112,7 @@ def same(a: Any, b: Any) -> bool:
 
 
 @pytest.mark.parametrize("message_type", TYPES)
-def test_every_type_comes_back_as_it_went(message_type: str) -> None:
+def test_every_type_is_decoded_to_an_equal_message(message_type: str) -> None:
     draw = np.random.default_rng(7)
     for _ in range(5):
         message = random_message(message_type, draw)
@@ -159,14 +159,14 @@ def test_damaged_messages_decode_or_raise_one_error(message_type: str, seed: int
             decode(candidate, message_type)
 
 
-def test_bytes_after_a_message_are_let_pass_as_ros_2_does() -> None:
+def test_bytes_after_a_message_are_ignored_as_in_ros_2() -> None:
     message = DEFINITIONS.initial("sensor_msgs/msg/JointState")
     message.name = ["a"]
     # Fast DDS encodes so, where a sequence of numbers of eight bytes is empty (rmw_serialize.cpp of rmw_fastrtps_cpp).
     assert same(decode(encode(message) + b"rubbish!", "sensor_msgs/msg/JointState"), message)
 
 
-def test_bytes_that_are_no_message_raise_an_error_that_says_which() -> None:
+def test_bytes_that_cannot_be_decoded_raise_an_error_with_the_type() -> None:
     with pytest.raises(TransportError, match="3 bytes cannot be decoded as rosgraph_msgs/msg/Clock"):
         decode(b"\0\1\0", "rosgraph_msgs/msg/Clock")
 
@@ -203,7 +203,7 @@ def test_an_error_names_the_field_that_is_wrong(message: Any, fault: str) -> Non
         assert fault in str(caught.value)
 
 
-def test_check_sees_an_array_of_the_wrong_type_that_encode_does_not() -> None:
+def test_check_detects_an_array_of_the_wrong_type_and_encode_does_not() -> None:
     message = scan(ranges=np.zeros(3, np.int32))
     encode(message)
     with pytest.raises(MessageError, match="array of int32, not a row of float32"):

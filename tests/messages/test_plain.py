@@ -19,7 +19,7 @@ RANGE, TREE = "sensor_msgs/msg/Range", "tf2_msgs/msg/TFMessage"
 
 
 @pytest.mark.parametrize("message_type", TYPES)
-def test_every_message_comes_back_as_it_went_also_through_json(message_type: str) -> None:
+def test_every_message_survives_conversion_to_plain_data_and_json(message_type: str) -> None:
     draw = np.random.default_rng(11)
     for _ in range(3):
         message = random_message(message_type, draw)
@@ -28,7 +28,7 @@ def test_every_message_comes_back_as_it_went_also_through_json(message_type: str
         assert same(from_plain(json.loads(json.dumps(plain)), message_type), message)
 
 
-def test_plain_data_are_the_fields_in_order() -> None:
+def test_plain_data_have_the_fields_in_the_order_of_the_definition() -> None:
     transform = messages.Transform(messages.Vector3(1.0, 2.0, 3.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0))
     edge = messages.TransformStamped(messages.header(1.5, "odom"), "base", transform)
     assert json.dumps(to_plain(messages.TFMessage([edge]))) == (
@@ -38,12 +38,12 @@ def test_plain_data_are_the_fields_in_order() -> None:
     )
 
 
-def test_what_is_not_given_is_as_ros_makes_it() -> None:
+def test_missing_fields_get_the_defaults_of_ros() -> None:
     pose = from_plain({"position": {"x": 1}}, "geometry_msgs/msg/Pose")
     assert pose == messages.Pose(messages.Point(1.0, 0.0, 0.0), messages.Quaternion(0.0, 0.0, 0.0, 1.0))
 
 
-def test_bytes_count_from_0_although_the_encoder_counts_from_minus_128() -> None:
+def test_bytes_are_0_to_255_in_plain_data_and_signed_in_messages() -> None:
     message = from_plain({"data": 200}, "std_msgs/msg/Byte")
     assert messages.encode(message)[4:] == b"\xc8\0\0\0"
     assert to_plain(message) == {"data": 200}
@@ -51,7 +51,7 @@ def test_bytes_count_from_0_although_the_encoder_counts_from_minus_128() -> None
     assert to_plain(several)["data"] == [0, 200]
 
 
-def test_numbers_that_are_none_and_infinite_ones_come_through() -> None:
+def test_nan_and_infinite_numbers_survive_conversion_to_plain_data() -> None:
     plain = to_plain(from_plain({"range": math.nan, "max_range": math.inf}, RANGE))
     assert math.isnan(plain["range"])
     assert plain["max_range"] == math.inf

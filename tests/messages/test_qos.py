@@ -104,7 +104,7 @@ def test_a_static_publisher_overrides_every_profile() -> None:
         ("[" * 100_000, "is not JSON", "keys"),
     ],
 )
-def test_an_error_tells_what_is_legal(text: str, message: str, help_line: str) -> None:
+def test_the_error_of_an_illegal_profile_lists_the_legal_values(text: str, message: str, help_line: str) -> None:
     with pytest.raises(TopicError) as caught:
         parse_qos(text)
     assert message in caught.value.message
@@ -118,17 +118,17 @@ def test_a_negative_queue_size_is_an_error() -> None:
 
 
 @given(st.one_of(st.text(max_size=40), st.recursive(st.none() | st.integers() | st.text(), st.lists).map(json.dumps)))
-def test_no_text_raises_anything_else(text: str) -> None:
+def test_any_text_gives_a_profile_or_a_topic_error(text: str) -> None:
     with contextlib.suppress(TopicError):
         assert isinstance(parse_qos(text), QoS)
 
 
-def test_system_defaults_settle_as_rmw_cyclonedds_settles_them() -> None:
+def test_system_defaults_become_the_policies_of_rmw_cyclonedds() -> None:
     assert settled(PRESETS["System Default"]) == QoS("keepLast", 1, "reliable", "volatile", liveliness="automatic")
 
 
 @pytest.mark.parametrize(("offered", "requested", "fits"), TABLE)
-def test_who_matches_whom(offered: QoS, requested: QoS, fits: bool) -> None:
+def test_incompatible_policies_are_exactly_those_of_dds(offered: QoS, requested: QoS, fits: bool) -> None:
     assert (mismatch(offered, requested) == "") == fits
 
 
@@ -146,11 +146,11 @@ def test_who_matches_whom(offered: QoS, requested: QoS, fits: bool) -> None:
         ),
     ],
 )
-def test_a_mismatch_tells_who_asks_for_what_and_who_offers_what(offered: QoS, requested: QoS, why: str) -> None:
+def test_a_mismatch_names_the_requested_and_the_offered_policies(offered: QoS, requested: QoS, why: str) -> None:
     assert mismatch(offered, requested, "W", "R") == why
 
 
-def test_a_reader_that_asks_for_the_policies_that_fall_short_as_offered_is_served() -> None:
+def test_a_reader_with_the_offered_policies_is_compatible() -> None:
     offered, requested = QoS(reliability="bestEffort"), QoS(durability="transientLocal", deadline=1.0)
     policies = short_of(offered, requested)
     assert policies == ("reliability", "durability", "deadline")

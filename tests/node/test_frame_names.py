@@ -42,14 +42,14 @@ def test_the_prefix_is_the_outermost_namespace() -> None:
     assert frame_prefix(stage(), "/bot/base_link/lidar/graph/node") == "bot_0000/"
 
 
-def test_without_a_namespace_of_prims_the_prefix_is_that_of_the_node() -> None:
+def test_without_a_namespace_of_prims_the_prefix_is_the_namespace_of_the_node() -> None:
     made = stage()
     assert frame_prefix(made, "/World/graph/node", "/fleet/one/") == "fleet/one/"
     assert frame_prefix(made, "/bot/base_link", "other") == "bot_0000/"
     assert frame_prefix(made, "/World/graph/node") == ""
 
 
-def test_nothing_is_prefixed_where_each_robot_has_its_own_topics() -> None:
+def test_frames_have_no_prefix_if_each_robot_has_its_own_topics() -> None:
     assert frame_prefix(stage(shared=False), "/bot/base_link", "other") == ""
 
 

@@ -19,7 +19,7 @@ def test_each_mailbox_of_a_queue_takes_an_item_once_in_the_tick_after_it_was_pos
     assert list(one.take()) == []
 
 
-def test_an_impulse_goes_to_the_one_node_that_a_name_means() -> None:
+def test_an_impulse_goes_to_the_only_node_that_a_name_matches() -> None:
     queues = {f"{IMPULSE}/World/{graph}/Bell": EventQueue(graph) for graph in ("front", "back")}
     assert find_impulses(queues, "back/Bell") == ("/World/back/Bell", queues[f"{IMPULSE}/World/back/Bell"])
     with pytest.raises(
@@ -28,7 +28,7 @@ def test_an_impulse_goes_to_the_one_node_that_a_name_means() -> None:
         find_impulses(queues, "Bell")
 
 
-def test_a_tick_has_room_for_as_many_events_as_the_limit_says() -> None:
+def test_one_tick_takes_as_many_events_as_the_limit() -> None:
     queue = EventQueue("event:bell")
     for _ in range(EventQueue.LIMIT):
         queue.post()

@@ -37,7 +37,7 @@ class Controller(Node, type="test.Controller"):
 # Names
 
 
-def test_ports_are_called_as_in_omnigraph_unless_they_say_otherwise() -> None:
+def test_a_port_has_the_name_of_its_field_in_camel_case_or_the_given_name() -> None:
     assert list(Controller.ports) == [
         *("inputs:execIn", "inputs:wheelRadius", "inputs:mode", "inputs:gains", "inputs:offset"),
         *("outputs:execOut", "outputs:command", "state:calls", "state:memory", "state:bound"),
@@ -46,7 +46,7 @@ def test_ports_are_called_as_in_omnigraph_unless_they_say_otherwise() -> None:
 
 
 @pytest.mark.parametrize("name", ["reset", "compute", "setup", "fields", "ports", "kind", "clear", "reads", "gated"])
-def test_a_port_may_not_be_called_like_a_member_of_node(name: str) -> None:
+def test_a_port_with_the_name_of_a_member_of_node_is_refused(name: str) -> None:
     with pytest.raises(
         TypeError, match=f"{name}: the name is taken; call it {name}_in or {name}_out, and set the port's name"
     ):
@@ -54,12 +54,12 @@ def test_a_port_may_not_be_called_like_a_member_of_node(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["type", "tuple", "close", "update", "active", "_hidden", "id", "min", "input"])
-def test_a_port_may_not_be_called_like_what_the_class_body_or_the_engine_uses(name: str) -> None:
+def test_a_port_with_a_name_that_the_class_body_or_the_engine_uses_is_refused(name: str) -> None:
     with pytest.raises(TypeError, match="the name is taken"):
         NodeMeta("Bad", (Node,), {name: ExecIn()})
 
 
-def test_a_port_may_not_be_called_like_one_of_the_base_class() -> None:
+def test_a_port_with_the_name_of_a_port_of_the_base_class_is_refused() -> None:
     with pytest.raises(TypeError, match="wheel_radius: the name is taken"):
 
         class Bad(Controller):
@@ -77,7 +77,7 @@ def test_an_input_and_an_output_may_have_one_name_in_omnigraph() -> None:
 # Types and defaults
 
 
-def test_a_port_whose_type_cannot_be_told_is_refused() -> None:
+def test_a_port_without_a_known_type_is_refused() -> None:
     with pytest.raises(TypeError, match=r"Bad\.speed: no port type is known for .*complex"):
 
         class Bad(Node):
@@ -106,7 +106,7 @@ def test_defaults_are_shared_and_cannot_be_changed() -> None:
         one.command[0] = 5.0
 
 
-def test_a_state_that_can_change_needs_a_factory() -> None:
+def test_a_mutable_default_of_a_state_field_is_refused_without_a_factory() -> None:
     with pytest.raises(TypeError, match=r"Bad\.seen: default .* is mutable; write factory=list instead"):
 
         class Bad(Node):
@@ -117,7 +117,7 @@ def test_a_state_that_can_change_needs_a_factory() -> None:
     assert other.memory == []
 
 
-def test_clear_puts_outputs_and_state_back_but_not_inputs_or_what_setup_binds() -> None:
+def test_clear_resets_outputs_and_state_but_not_inputs_and_bound_fields() -> None:
     one = Controller(wheel_radius=0.5)
     one.bound = handle = object()
     one.compute()
@@ -131,7 +131,7 @@ def test_clear_puts_outputs_and_state_back_but_not_inputs_or_what_setup_binds() 
 # Instances
 
 
-def test_the_constructor_takes_inputs_in_their_representation() -> None:
+def test_the_constructor_converts_inputs_to_the_representation_of_their_types() -> None:
     one = Controller(wheel_radius=1, gains=np.array([3, 4]), offset=(1, 2, 3))
     assert (one.wheel_radius, one.gains.tolist(), one.offset) == (1.0, [3.0, 4.0], (1.0, 2.0, 3.0))
 
@@ -154,7 +154,7 @@ def test_a_literal_nan_is_refused_without_bounds_too() -> None:
         ({"calls": 1}, TypeError, "Controller has no input 'calls'"),
     ],
 )
-def test_the_constructor_refuses_what_is_no_legal_input(
+def test_the_constructor_refuses_unknown_inputs_and_illegal_values(
     values: dict[str, Any], error: type[Exception], why: str
 ) -> None:
     with pytest.raises(error) as caught:
@@ -162,13 +162,13 @@ def test_the_constructor_refuses_what_is_no_legal_input(
     assert str(caught.value).startswith(why)
 
 
-def test_instances_have_slots_and_nothing_else() -> None:
+def test_instances_have_slots_and_no_dict() -> None:
     with pytest.raises(AttributeError):
         Controller().misspelt = 1  # type: ignore[attr-defined]
     assert not hasattr(Controller(), "__dict__")
 
 
-def test_outputs_of_execution_are_bits_that_joined_say_what_to_fire() -> None:
+def test_execution_outputs_are_bits_that_can_be_combined() -> None:
     branch = actions.Branch()
     assert (branch.exec_true, branch.exec_false) == (1, 2)
     assert actions.Branch(condition=True).exec_true | actions.Branch().exec_false == 3
@@ -177,7 +177,7 @@ def test_outputs_of_execution_are_bits_that_joined_say_what_to_fire() -> None:
 # Kinds
 
 
-def test_the_shape_of_a_class_says_what_kind_of_node_it_is() -> None:
+def test_ports_and_methods_of_a_class_determine_its_kind() -> None:
     kinds: dict[str, list[type[Node]]] = {
         "data": [data.Add, data.Constant, data.Twice, data.Ticket],
         "action": [actions.Do, actions.Branch, actions.Gate],
@@ -188,7 +188,7 @@ def test_the_shape_of_a_class_says_what_kind_of_node_it_is() -> None:
     assert all(cls.kind() == kind for kind, classes in kinds.items() for cls in classes)
 
 
-def test_an_action_with_several_outputs_says_what_it_fires_without_being_told_to() -> None:
+def test_an_action_with_several_execution_outputs_is_gated_without_the_keyword() -> None:
     assert (actions.Branch.gated, actions.Door.gated, actions.Do.gated) == (True, True, False)
 
 
@@ -235,7 +235,7 @@ def test_a_function_keeps_its_name_doc_and_defaults() -> None:
     assert Scaled.fields["factor"].default == 3.0
 
 
-def test_a_function_may_not_call_an_argument_like_the_output() -> None:
+def test_a_function_with_an_argument_named_value_is_refused() -> None:
     with pytest.raises(TypeError, match="value: the name is reserved for the output"):
 
         @node("test.Bad")
@@ -243,7 +243,7 @@ def test_a_function_may_not_call_an_argument_like_the_output() -> None:
             return value
 
 
-def test_a_function_says_what_it_returns() -> None:
+def test_a_function_without_a_return_annotation_is_refused() -> None:
     with pytest.raises(TypeError, match=r"Bad\.value: no port type is known"):
 
         @node("test.Bad")
@@ -268,7 +268,7 @@ def test_literals_that_grow_other_defaults_give_another_class() -> None:
     assert (one.fields["input0"].default, other.fields["input0"].default) == (1.0, 2.0)
 
 
-def test_grown_execution_ports_are_told_apart_by_their_names() -> None:
+def test_grown_execution_ports_with_other_names_give_another_class() -> None:
     class Grows(Node, type="test.Grows"):
         exec_in = ExecIn()
 
@@ -296,17 +296,17 @@ class Ways(Node, type="test.Ways"):
     way0 = ExecOut()
 
 
-def test_numbered_ports_are_those_that_wires_and_values_name() -> None:
+def test_wires_and_values_that_name_numbered_ports_create_them() -> None:
     made = grown(Ways, {"weight3": 2.0}, DEFINITIONS, ["way1", "way10", "way2", "execIn"])
     assert made.series == {"way": ("way0", "way1", "way2", "way10"), "weight": ("weight3",)}
     assert grown(Ways, {"weight3": 5.0}, DEFINITIONS, ["way2", "way10", "way1"]).series == made.series
 
 
-def test_numbered_ports_come_of_numbers_only() -> None:
+def test_a_name_without_a_number_creates_no_port() -> None:
     assert grown(Ways, {}, DEFINITIONS, ["way", "way-1", "wayx", "way0", "way007", "way10000", "way\u0661"]) is Ways
 
 
-def test_numbered_ports_that_are_not_named_are_not_there() -> None:
+def test_numbered_ports_without_wires_and_values_do_not_exist() -> None:
     assert Ways.series == {"way": ("way0",), "weight": ()}
 
 

@@ -40,7 +40,7 @@ NO_NAMES = (
 
 
 @pytest.mark.parametrize("name", ["", *NO_NAMES.split(), "any[3]", "target[2]", "number", "double|real"])
-def test_what_is_no_type_is_refused(name: str) -> None:
+def test_a_name_that_is_no_type_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match="is not a port type"):
         parse(name)
 
@@ -120,7 +120,7 @@ def test_a_literal_takes_the_one_representation_of_its_type(name: str, given: ob
         ("colorf[3][]", [[0.0, 0.0, -3.5e38]], ValueError),
     ],
 )
-def test_a_literal_of_another_kind_is_refused(name: str, given: object, error: type[Exception]) -> None:
+def test_a_literal_of_another_type_is_refused(name: str, given: object, error: type[Exception]) -> None:
     with pytest.raises(error, match="expected"):
         coerce(given, concrete(name))
 
@@ -166,7 +166,7 @@ NUMBERS = [concrete(name) for name in NAMES if concrete(name).is_number]
 
 
 @given(st.sampled_from(NUMBERS), st.data())
-def test_what_was_taken_once_is_taken_again_unchanged(port_type: PortType, data: st.DataObject) -> None:
+def test_a_coerced_value_is_coerced_to_itself(port_type: PortType, data: st.DataObject) -> None:
     quarters: st.SearchStrategy[float] = st.integers(-1000, 1000).map(lambda n: n / 4)
     scalars: dict[str, st.SearchStrategy[Any]] = {"bool": st.booleans(), "uchar": st.integers(0, 255)}
     scalars |= dict.fromkeys(("half", "float", "double", "timecode"), quarters)
@@ -191,7 +191,7 @@ ALLOWED = {
 
 @pytest.mark.parametrize("target", SCALARS)
 @pytest.mark.parametrize("source", SCALARS)
-def test_the_table_of_conversions(source: str, target: str) -> None:
+def test_scalar_types_are_converted_as_the_table_states(source: str, target: str) -> None:
     expected = "" if source == target else ALLOWED.get((source, target))
     assert conversion(concrete(source), concrete(target)) == expected
 
@@ -223,7 +223,9 @@ def test_the_table_of_conversions(source: str, target: str) -> None:
         ("any", "double", None),
     ],
 )
-def test_conversions_of_tuples_arrays_and_any(source: str, target: str, converter: str | None) -> None:
+def test_tuples_and_arrays_are_converted_like_scalars_and_any_takes_every_type(
+    source: str, target: str, converter: str | None
+) -> None:
     assert conversion(concrete(source), concrete(target)) == converter
 
 
@@ -250,7 +252,7 @@ def test_a_converted_value_is_in_the_representation_of_the_target(source: str, t
 
 
 @pytest.mark.parametrize("port_type", ["double", "double[2]", "double[]", "float[3][]"])
-def test_a_value_that_is_no_number_is_equal_to_another_such(port_type: str) -> None:
+def test_nan_equals_nan(port_type: str) -> None:
     kind = concrete(port_type)
     element: Any = float("nan") if kind.count == 1 else [float("nan")] + [1.0] * (kind.count - 1)
     one, other = (coerce([element] if kind.array else element, kind) for _ in range(2))
@@ -266,7 +268,7 @@ def test_equal_compares_arrays_whole() -> None:
     assert not types.equal("a", "b")
 
 
-def test_a_pointer_is_called_what_the_reference_calls_it_and_points_nowhere_by_default() -> None:
+def test_a_pointer_is_a_uint64_and_is_0_by_default() -> None:
     assert (str(POINTER), POINTER.zero) == ("uint64", 0)
 
 
@@ -281,6 +283,6 @@ def test_an_address_is_no_buffer(address: Any) -> None:
         coerce(address, POINTER)
 
 
-def test_a_pointer_goes_into_a_pointer_and_into_nothing_that_counts() -> None:
+def test_a_pointer_can_be_wired_to_a_pointer_but_not_to_a_number() -> None:
     assert conversion(POINTER, POINTER) == conversion(POINTER, types.ANY) == ""
     assert conversion(POINTER, concrete("double")) is conversion(POINTER, concrete("int64")) is None

@@ -79,7 +79,7 @@ def test_a_turn_to_the_left_steers_the_left_wheel_more_and_rolls_it_slower() -> 
     assert 0.0 < back_left < back_right
 
 
-def test_a_small_steering_angle_is_steered_where_the_reference_drives_straight() -> None:
+def test_a_small_steering_angle_steers_although_isaac_sim_drives_straight() -> None:
     steering, _ = driven(controller(speed=1.0, steering_angle=0.01, track_width=0.0))
     assert close(steering, [0.01, 0.01])
 
@@ -89,7 +89,7 @@ def test_a_missing_radius_is_taken_from_the_other_axle() -> None:
         assert close(driven(controller(speed=1.2, **given_radius))[1], [4.0] * 4)
 
 
-def test_of_sizes_the_absolute_values_count() -> None:
+def test_the_signs_of_wheel_base_track_and_radii_are_ignored() -> None:
     negative = {name: -value for name, value in GEOMETRY.items()}
     turn = {"speed": 1.0, "steering_angle": 0.3}
     assert driven(controller(**turn, **negative)) == driven(controller(**turn))
@@ -105,18 +105,18 @@ def test_of_sizes_the_absolute_values_count() -> None:
         ),
     ],
 )
-def test_without_a_size_it_refuses_and_says_which(missing: dict[str, float], told: str) -> None:
+def test_a_missing_size_is_an_error_that_names_the_input(missing: dict[str, float], told: str) -> None:
     with pytest.raises(ValueError, match=f"^{told}"):
         controller(**missing).compute()
 
 
-def test_in_a_graph_without_its_sizes_the_file_is_refused(play: Player) -> None:
+def test_in_a_graph_missing_sizes_are_errors_of_the_file(play: Player) -> None:
     with pytest.raises(CheckError, match="wheelBase") as caught:
         play.graph("nodes: {Tick: OnPlaybackTick, A: AckermannController}\nconnections: [Tick.tick -> A.execIn]")
     assert all(name in str(caught.value) for name in ("trackWidth", "frontWheelRadius", "backWheelRadius"))
 
 
-def test_without_a_track_it_is_a_bicycle(play: Player) -> None:
+def test_with_a_track_width_of_0_both_wheels_move_like_a_bicycles(play: Player) -> None:
     steering, rolling = driven(controller(track_width=0.0, steering_angle=0.3, speed=1.0))
     assert close(steering, [0.3, 0.3])
     assert close(rolling, [1 / (0.3 * math.cos(0.3))] * 2 + [1 / 0.4] * 2)
@@ -128,30 +128,30 @@ def test_without_a_track_it_is_a_bicycle(play: Player) -> None:
 # Limits and ramps
 
 
-def test_speed_is_limited_by_the_larger_wheel_and_each_wheel_for_itself() -> None:
+def test_the_wheel_limit_bounds_the_speed_of_the_base_and_of_each_wheel() -> None:
     assert close(driven(controller(speed=100.0, max_wheel_velocity=5.0))[1], [5.0, 5.0, 5.0, 5.0])
     assert close(driven(controller(speed=-100.0, max_wheel_velocity=5.0))[1], [-5.0, -5.0, -5.0, -5.0])
 
 
-def test_steering_is_limited_before_and_after_it_is_shared_out() -> None:
+def test_steering_is_limited_for_the_bicycle_and_for_each_wheel() -> None:
     steering, _ = driven(controller(speed=1.0, steering_angle=1.0, max_wheel_rotation=0.3))
     centre = 1.6 / math.tan(0.3)
     assert close(steering, [0.3, math.atan(1.6 / (centre + 0.6))])
 
 
-def test_speed_ramps_by_acceleration_times_dt_to_the_target_itself() -> None:
+def test_speed_changes_by_acceleration_times_dt_until_the_exact_target() -> None:
     node = controller(speed=0.25, acceleration=-1.0, dt=0.1, back_wheel_radius=1.0)
     assert close([driven(node)[1][2] for _ in range(4)], [0.1, 0.2, 0.25, 0.25])
     node.speed = 0.0
     assert close([driven(node)[1][2] for _ in range(4)], [0.15, 0.05, 0.0, 0.0])
 
 
-def test_steering_ramps_by_its_velocity_times_dt_to_the_target_itself() -> None:
+def test_steering_changes_by_its_velocity_times_dt_until_the_exact_target() -> None:
     node = controller(steering_angle=-0.05, steering_angle_velocity=0.2, dt=0.1, track_width=0.0)
     assert close([driven(node)[0][0] for _ in range(4)], [-0.02, -0.04, -0.05, -0.05])
 
 
-def test_ramps_have_limits_of_their_own() -> None:
+def test_maximum_acceleration_and_steering_velocity_limit_the_ramps() -> None:
     node = controller(speed=1.0, acceleration=5.0, max_acceleration=2.0, dt=0.1, back_wheel_radius=1.0)
     assert close(driven(node)[1][2], 0.2)
     limits = {"steering_angle_velocity": 5.0, "max_steering_angle_velocity": 1.0, "dt": 0.1}
@@ -173,7 +173,7 @@ def test_parameters_take_effect_when_they_are_set() -> None:
     )
 
 
-def test_after_a_stop_it_ramps_from_rest_again() -> None:
+def test_after_a_stop_the_ramp_starts_from_rest() -> None:
     node = controller(speed=1.0, acceleration=1.0, dt=0.1, back_wheel_radius=1.0)
     first = [driven(node) for _ in range(3)]
     RecordingContext().stop(node)

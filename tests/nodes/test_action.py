@@ -19,7 +19,7 @@ def outputs(node: OnPlaybackTick) -> tuple[float, float, float]:
     return node.frame, node.delta_seconds, node.time
 
 
-def test_it_is_an_event_and_before_play_everything_is_0() -> None:
+def test_on_playback_tick_is_an_event_whose_outputs_are_0_before_play() -> None:
     assert OnPlaybackTick.kind() == "event"
     assert outputs(OnPlaybackTick()) == (0.0, 0.0, 0.0)
 
@@ -32,7 +32,9 @@ def test_the_first_tick_is_frame_1_at_one_period(context: RecordingContext) -> N
 
 
 @given(frame=st.integers(1, 10**9), rate=st.integers(1, 1000), denominator=st.integers(1, 1001))
-def test_time_is_the_frame_times_the_period_and_nothing_adds_up(frame: int, rate: int, denominator: int) -> None:
+def test_time_is_the_frame_times_the_period_without_accumulated_rounding(
+    frame: int, rate: int, denominator: int
+) -> None:
     context = RecordingContext()
     context.clock = Clock((denominator, rate))
     node = ready(OnPlaybackTick, context)
@@ -41,7 +43,7 @@ def test_time_is_the_frame_times_the_period_and_nothing_adds_up(frame: int, rate
     assert node.time == float(Fraction(frame * denominator, rate))
 
 
-def test_stop_sets_the_outputs_back_and_play_counts_anew(context: RecordingContext) -> None:
+def test_a_stop_resets_the_outputs_and_play_counts_from_1_again(context: RecordingContext) -> None:
     node = ready(OnPlaybackTick, context)
     context.tick(7)
     node.compute()
@@ -52,7 +54,7 @@ def test_stop_sets_the_outputs_back_and_play_counts_anew(context: RecordingConte
     assert outputs(node) == (1.0, 1 / 60, 1 / 60)
 
 
-def test_in_a_graph_it_fires_once_a_tick_for_any_number_of_substeps(play: Player) -> None:
+def test_in_a_graph_on_playback_tick_fires_once_a_tick_for_any_number_of_substeps(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: OnPlaybackTick, Clock: PublishClock}
@@ -67,7 +69,7 @@ def test_in_a_graph_it_fires_once_a_tick_for_any_number_of_substeps(play: Player
     ]
 
 
-def test_in_a_graph_of_physics_steps_the_file_is_refused_with_the_remedy(play: Player) -> None:
+def test_on_playback_tick_in_a_graph_of_physics_steps_is_an_error_with_a_remedy(play: Player) -> None:
     text = "runs: physics_step\nnodes: {Tick: OnPlaybackTick, C: PublishClock}\nconnections: [Tick.tick -> C.execIn]"
     with pytest.raises(CheckError, match="this graph runs at every physics step") as caught:
         play.graph(text)
@@ -85,7 +87,7 @@ def test_while_stopped_or_paused_nothing_fires(play: Player) -> None:
 
 
 @pytest.mark.parametrize(("period", "frames"), [(0, [1, 2, 3, 4, 5, 6]), (1, [1, 3, 5]), (2, [1, 4]), (9, [1])])
-def test_the_first_tick_fires_and_from_then_on_so_many_are_left_out(period: int, frames: list[int]) -> None:
+def test_on_tick_fires_in_the_first_tick_and_then_skips_frame_period_ticks(period: int, frames: list[int]) -> None:
     context, fired = RecordingContext(), list[int]()
     node = ready(OnTick, context, frame_period=period)
     for _ in range(2):
@@ -97,7 +99,7 @@ def test_the_first_tick_fires_and_from_then_on_so_many_are_left_out(period: int,
     assert fired == frames * 2
 
 
-def test_the_time_of_ticks_that_are_left_out_counts_to_the_next_that_fires(context: RecordingContext) -> None:
+def test_delta_seconds_includes_the_skipped_ticks(context: RecordingContext) -> None:
     node = ready(OnTick, context, frame_period=2)
     deltas = []
     for _ in range(4):
@@ -107,7 +109,7 @@ def test_the_time_of_ticks_that_are_left_out_counts_to_the_next_that_fires(conte
     assert (node.time, node.absolute_sim_time, node.is_playing) == (4 / 60, 4 / 60, True)
 
 
-def test_in_a_graph_a_tick_with_a_period_fires_from_the_first_on(play: Player) -> None:
+def test_in_a_graph_on_tick_with_a_period_fires_first_in_the_first_tick(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: {type: OnTick, inputs: {framePeriod: 3}}, C: PublishClock}

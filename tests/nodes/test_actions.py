@@ -52,14 +52,14 @@ def test_each_node_has_ports_for_its_part_of_the_action() -> None:
     }
 
 
-def test_a_type_that_is_no_action_makes_no_ports() -> None:
+def test_a_type_that_is_not_an_action_is_an_error() -> None:
     given = {"messagePackage": "std_srvs", "messageSubfolder": "srv", "messageName": "SetBool"}
     with pytest.raises(ContextError, match="std_srvs/srv/SetBool is not an action type"):
         grown(ROS2ActionClient, given, DEFINITIONS)
 
 
 @pytest.mark.parametrize("cls", [ROS2ActionServerGoal, ROS2ActionClient])
-def test_nodes_keep_the_rules_of_nodes(cls: type[Node]) -> None:
+def test_check_node_accepts_the_action_nodes(cls: type[Node]) -> None:
     made = grown(cls, {**names(FIBONACCI), "messageSubfolder": "action"}, DEFINITIONS)
     check_node(made, message_package="example_interfaces", message_name="Fibonacci")
 
@@ -67,7 +67,7 @@ def test_nodes_keep_the_rules_of_nodes(cls: type[Node]) -> None:
 # The server
 
 
-def test_a_goal_is_put_out_followed_by_feedback_and_a_result(play: Player) -> None:
+def test_a_goal_is_output_and_its_client_gets_feedback_and_a_result(play: Player) -> None:
     playing, peer = offered(play)
     peer.send(ONE, order=7)
     playing.tick()
@@ -94,7 +94,7 @@ def test_a_new_goal_aborts_the_previous_one(play: Player) -> None:
     assert peer.status[-1] == [ABORTED, EXECUTING]
 
 
-def test_a_server_that_does_not_preempt_rejects_goals_meanwhile(play: Player) -> None:
+def test_a_server_without_preemption_rejects_new_goals_while_a_goal_is_active(play: Player) -> None:
     playing, peer = offered(play, SERVER.replace("actionName: fibonacci", "actionName: fibonacci, preempts: false"))
     peer.send(ONE)
     peer.send(OTHER)
@@ -152,7 +152,7 @@ def test_a_graph_that_handles_cancelling_ends_the_goal_itself(play: Player, stat
     assert [(answer.status, list(answer.result.sequence)) for answer in peer.results] == [(expected, [4])]
 
 
-def test_canceled_without_a_request_to_cancel_is_aborted(play: Player) -> None:
+def test_a_result_canceled_without_a_cancel_request_is_sent_as_aborted(play: Player) -> None:
     playing, peer = offered(play, SERVER.replace('"Result:sequence"', 'status: canceled, "Result:sequence"'))
     peer.send(ONE)
     playing.tick()
@@ -172,7 +172,7 @@ def test_a_goal_ends_when_the_session_stops_or_is_over(play: Player) -> None:
     assert [answer.status for answer in peer.results] == [ABORTED, ABORTED]
 
 
-def test_a_goal_goes_on_while_its_graph_is_exchanged(play: Player) -> None:
+def test_a_goal_continues_while_its_graph_is_exchanged(play: Player) -> None:
     playing, peer = offered(play)
     peer.send(ONE)
     playing.tick()
@@ -241,7 +241,7 @@ def test_a_rejected_goal_fires_its_own_port(play: Player) -> None:
     assert peer.asked == []
 
 
-def test_feedback_of_other_goals_is_not_put_out(play: Player) -> None:
+def test_feedback_on_other_goals_is_not_output(play: Player) -> None:
     playing, peer = sending(play)
     playing.tick()
     peer.answer_goal()
@@ -254,7 +254,7 @@ def test_feedback_of_other_goals_is_not_put_out(play: Player) -> None:
 
 
 @pytest.mark.parametrize("early", [True, False])
-def test_a_goal_is_cancelled_also_where_that_is_asked_before_it_was_accepted(play: Player, early: bool) -> None:
+def test_a_goal_can_be_cancelled_before_it_is_accepted(play: Player, early: bool) -> None:
     wires = "Tick.tick -> If.execIn", "If.execTrue -> Client.cancel"
     playing, peer = sending(play, extended(CLIENT, "  If: {type: Branch}\n", *wires))
     playing.tick()
@@ -272,7 +272,7 @@ def test_a_goal_is_cancelled_also_where_that_is_asked_before_it_was_accepted(pla
     assert (playing.node("Client").status, list(playing.node("Client").result__sequence)) == ("canceled", [1])
 
 
-def test_uuids_of_goals_are_the_same_in_equal_runs_and_others_in_each_goal(play: Player) -> None:
+def test_uuids_of_goals_are_unique_and_equal_in_equal_runs(play: Player) -> None:
     text = CLIENT.replace("Once.once -> Client.execIn", "Tick.tick -> Client.execIn")
     runs = []
     for _ in range(2):
@@ -283,7 +283,7 @@ def test_uuids_of_goals_are_the_same_in_equal_runs_and_others_in_each_goal(play:
     assert len(set(runs[0])) == 3
 
 
-def test_an_action_goes_on_from_a_checkpoint_as_it_did(play: Player) -> None:
+def test_an_action_continues_from_a_checkpoint_as_in_the_first_run(play: Player) -> None:
     playing = play.graph(BOTH)
     playing.tick(4)
     playing.command("checkpoint", name="here")

@@ -37,14 +37,14 @@ NODES = [
 
 
 @pytest.mark.parametrize(("node", "inputs"), NODES)
-def test_the_name_of_an_actuator_stands_for_its_joint(play: Player, node: str, inputs: str) -> None:
+def test_the_name_of_an_actuator_selects_its_joint(play: Player, node: str, inputs: str) -> None:
     elbow = KITCHEN_SINK.replace('name="pan" joint="pan"', 'name="pan_servo" joint="pan"')
     files = {"bot.xml": elbow, "scene.yaml": SCENE, "graph.yaml": GRAPH % (node, inputs.format("pan_servo"))}
     play.scene(files).tick(2)
 
 
 @pytest.mark.parametrize(("node", "inputs"), NODES)
-def test_an_actuator_that_moves_no_single_joint_is_refused(play: Player, node: str, inputs: str) -> None:
+def test_an_actuator_that_moves_several_joints_or_none_is_refused(play: Player, node: str, inputs: str) -> None:
     files = {"bot.xml": KITCHEN_SINK, "scene.yaml": SCENE, "graph.yaml": GRAPH % (node, inputs.format("gripper"))}
     with pytest.raises((CheckError, NodeError), match="does not move exactly one joint"):
         play.scene(files).tick(2)

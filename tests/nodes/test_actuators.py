@@ -70,7 +70,7 @@ def test_an_effort_acts_in_addition_to_the_drive(play: Player) -> None:
     np.testing.assert_allclose(states.measured_joint_efforts, 0.0, atol=0.05)
 
 
-def test_without_gains_to_speak_of_the_joint_measures_the_effort_alone(play: Player) -> None:
+def test_with_negligible_gains_the_joint_measures_only_the_feed_forward_effort(play: Player) -> None:
     playing = run(play, 0.0, 1e-6, feedforwardCommand=[7.5, 0.0])
     assert playing.node("States").measured_joint_efforts.tolist() == pytest.approx([7.5, 0.0], abs=1e-3)
 
@@ -131,19 +131,19 @@ def test_efforts_are_set_for_the_selected_joints_and_kept_for_the_others(
         ({"feedforward_command": [1.0], "indices": [1]}, r"indices must be empty or \[0\]"),
     ],
 )
-def test_an_index_or_a_length_that_does_not_fit_is_refused(inputs: dict[str, Any], message: str) -> None:
+def test_a_wrong_index_or_number_of_efforts_is_refused(inputs: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         efforts_of(inputs)
 
 
-def test_an_effort_that_physics_cannot_hold_is_refused_by_its_own_name(play: Player) -> None:
+def test_an_effort_too_large_for_the_physics_is_an_error_of_feedforward_command(play: Player) -> None:
     with pytest.raises(
         NodeError, match=r"feedforwardCommand cannot be .* must be up to 1e\+10 for joint 'RevoluteJoint'"
     ):
         run(play, 0.0, 1e-6, feedforwardCommand=[1e30, 0.0])
 
 
-def test_a_robot_without_drives_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_without_drives_logs_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     context = RecordingContext()
     robot = context.world.add_robot("/bot", ["a"])
     monkeypatch.setattr(type(robot), "set_points", lambda _: (np.array([NAN]), np.array([NAN])))
@@ -151,7 +151,7 @@ def test_a_robot_without_drives_is_told(monkeypatch: pytest.MonkeyPatch) -> None
     assert context.logged == [("warning", "/bot has no joint with a drive: feedforwardCommand has no effect")]
 
 
-def test_manual_steps_are_told_to_have_no_effect() -> None:
+def test_auto_step_pre_physics_false_logs_that_it_has_no_effect() -> None:
     context = RecordingContext()
     context.world.add_robot("/bot", ["a"])
     ready(ArticulationActuators, context, robot_path="/bot", auto_step_pre_physics=False)

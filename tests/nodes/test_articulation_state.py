@@ -37,7 +37,7 @@ def test_the_state_of_all_joints_is_in_the_articulations_order(context: Recordin
     assert node.measured_joint_forces.shape == node.measured_joint_torques.shape == (3, 3)
 
 
-def test_the_state_of_some_joints_is_in_the_order_they_were_asked_for(
+def test_the_state_of_selected_joints_is_in_the_order_of_the_selection(
     context: RecordingContext, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     wrenches = np.arange(9.0).reshape(3, 3), np.arange(9.0, 18.0).reshape(3, 3)
@@ -50,7 +50,7 @@ def test_the_state_of_some_joints_is_in_the_order_they_were_asked_for(
     assert node.measured_joint_torques.tolist() == [[15.0, 16.0, 17.0], [9.0, 10.0, 11.0]]
 
 
-def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Player) -> None:
+def test_in_a_simulation_the_joints_of_an_arm_measure_their_load(play: Player) -> None:
     # Two links of 0.5 kg on joints about the vertical, 0.1 m apart; the centre of mass of each is 0.1 m beyond its joint.
     files = scenes.arm(["one", "two"], stiffness=100.0, damping=10.0)
     files["graph.yaml"] = """
@@ -75,7 +75,7 @@ def test_in_a_simulation_the_joints_of_an_arm_measure_what_they_carry(play: Play
     np.testing.assert_allclose(node.measured_joint_efforts, [0.0, 0.0], atol=0.01)
 
 
-def test_forces_and_torques_that_no_wire_takes_are_not_computed(play: Player, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unwired_forces_and_torques_are_not_computed(play: Player, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(ArticulationStub, "wrenches")
     world = RecordingWorld()
     world.add_robot("/arm", JOINTS)
@@ -101,7 +101,7 @@ def test_joint_states_are_those_of_the_tick_with_its_time(context: RecordingCont
     assert node.joint_dof_types.dtype == np.uint8
 
 
-def test_joint_states_have_the_joints_own_names(context: RecordingContext) -> None:
+def test_joint_states_have_the_names_of_the_robot_description(context: RecordingContext) -> None:
     context.world.stage.add("/arm/Physics/elbow", "joint", name_override="bend", facts={"joint": "elbow"})
     node = computed(IsaacReadJointState, context, prim="/arm")
     assert node.joint_names == JOINTS
@@ -130,7 +130,7 @@ def test_joint_states_feed_the_publisher(play: Player) -> None:
     assert newest.header.stamp.nanosec == 50_000_000
 
 
-def test_what_does_not_stand_for_a_robot_is_refused(context: RecordingContext) -> None:
+def test_a_prim_that_does_not_identify_a_robot_is_refused(context: RecordingContext) -> None:
     context.world.stage.add("/table", "body")
     with pytest.raises(PrimError, match="is not the root prim, base link or articulation root of a robot"):
         ready(IsaacReadJointState, context, prim="/table")
@@ -146,19 +146,19 @@ def renamed(context: RecordingContext) -> RecordingContext:
     return context
 
 
-def test_published_names_become_the_joints_own_and_others_stay(renamed: RecordingContext) -> None:
+def test_published_names_become_names_of_the_description_and_other_names_stay(renamed: RecordingContext) -> None:
     node = computed(IsaacJointNameResolver, renamed, target_prim="/arm", joint_names=["j3", "elbow", "j1", "stranger"])
     assert node.joint_names_out == ("finger", "elbow", "shoulder", "stranger")
     assert node.robot_path_out == "/arm"
 
 
-def test_names_that_are_literals_are_resolved_before_the_first_tick(renamed: RecordingContext) -> None:
+def test_literal_names_are_resolved_before_the_first_tick(renamed: RecordingContext) -> None:
     assert ready(IsaacJointNameResolver, renamed, target_prim="/arm", joint_names=["j1"]).joint_names_out == (
         "shoulder",
     )
 
 
-def test_what_publishes_names_is_undone_by_what_resolves_them(renamed: RecordingContext) -> None:
+def test_the_resolver_inverts_the_mapping_to_published_names(renamed: RecordingContext) -> None:
     node = ready(IsaacJointNameResolver, renamed, target_prim="/arm", joint_names=renamed.joint_names("/arm"))
     assert node.joint_names_out == JOINTS
 

@@ -66,7 +66,7 @@ def test_any_value_is_used_or_refused_and_a_refusal_changes_nothing(name: str) -
 
 
 @every_type
-def test_a_hundred_ticks_after_refused_values_a_node_is_as_if_it_had_not_been_executed_with_them(name: str) -> None:
+def test_refused_values_leave_no_trace_in_the_state_of_a_node_a_hundred_ticks_later(name: str) -> None:
     fed, spared, clean = Trial(name), Trial(name), Trial(name)
     for values in fuzz(fed, 10):
         refused = fed.tick(values) is not None
@@ -104,7 +104,7 @@ def can_be_set(trial: Trial, port: Port) -> bool:
 
 
 @pytest.mark.parametrize("name", [name for name in WIRED if not name.endswith("ScriptNode")])  # a script may raise
-def test_no_value_that_is_set_while_a_run_goes_on_ends_it(name: str, play: Player) -> None:
+def test_no_value_that_is_set_during_a_run_ends_the_run(name: str, play: Player) -> None:
     trial, random = Trial(name), Random(name)
     settable = [port for port in inputs_of(trial.cls) if can_be_set(trial, port)]
     trial.wired = [port for port in trial.wired if port not in settable]
@@ -160,7 +160,7 @@ def test_no_finite_legal_value_is_refused(name: str) -> None:
             assert trial.update() is None, values
 
 
-def test_types_that_are_not_tried_take_values_in_setup_alone() -> None:
+def test_node_types_without_trial_read_all_their_inputs_in_setup() -> None:
     others = [cls for cls in TYPES.values() if cls.compute is not Node.compute and cls.type_name not in WIRED]
     assert [cls.type_name for cls in others if not all(port.setup for port in inputs_of(cls))] == []
     assert len(WIRED) >= 200

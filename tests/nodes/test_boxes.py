@@ -30,7 +30,7 @@ pictures = arrays.arrays(np.int32, st.tuples(st.integers(0, 6), st.integers(0, 6
 
 
 @given(pictures)
-def test_a_box_reaches_from_the_first_to_behind_the_last_pixel_of_its_number(picture: NDArray[np.int32]) -> None:
+def test_a_tight_box_encloses_all_pixels_with_its_segmentation_id(picture: NDArray[np.int32]) -> None:
     expected = []
     for number in range(1, 5):
         pixels = [(u, v) for v, row in enumerate(picture.tolist()) for u, value in enumerate(row) if value == number]
@@ -41,7 +41,7 @@ def test_a_box_reaches_from_the_first_to_behind_the_last_pixel_of_its_number(pic
 
 
 # isaacsim.ros2.core/library/backend/Ros2Message.cpp, Bbox2DData and writeBboxData
-def test_a_box_is_published_by_its_middle_and_size(context: RecordingContext) -> None:
+def test_a_2d_box_is_published_as_centre_and_size(context: RecordingContext) -> None:
     data = struct.pack("<Iiiiif", 7, 10, 20, 15, 40, 0.5) + struct.pack("<Iiiiif", 9, -1, 0, 1, 2, 0.0)
     computed(ROS2PublishBbox2D, context, time_stamp=1.5, data=np.frombuffer(data, np.uint8))
     (sent,) = context.transport.messages("/bbox2d")
@@ -55,7 +55,7 @@ def test_a_box_is_published_by_its_middle_and_size(context: RecordingContext) ->
     messages.check(sent)
 
 
-def test_boxes_of_a_segmentation_can_be_published_as_they_are(context: RecordingContext) -> None:
+def test_boxes_from_tight_boxes_can_be_published_directly(context: RecordingContext) -> None:
     picture = np.zeros((4, 6), np.int32)
     picture[1:3, 2:5] = 3
     ready(ROS2PublishBbox2D, context, data=tight_boxes(picture).view(np.uint8)).compute()
@@ -81,7 +81,7 @@ BOXES = (
 )
 
 
-def test_a_solid_box_is_published_by_its_middle_and_size() -> None:
+def test_a_3d_box_is_published_as_centre_and_size() -> None:
     sent = published_3d(*BOXES, time_stamp=1.5)
     assert sent.header == messages.header(1.5, "sim_camera")
     assert [vector(d.bbox.center.position) for d in sent.detections] == [(0.0, 0.0, 0.0), (2.0, 2.0, 2.0)]
@@ -99,7 +99,7 @@ quaternions = st.tuples(finite, finite, finite, finite).filter(lambda q: np.lina
 @given(
     quaternions, st.tuples(finite, finite, finite), st.tuples(corners, corners, corners), st.sampled_from([1.0, -1.0])
 )
-def test_a_solid_box_has_the_corners_that_its_record_gives(q: Any, origin: Any, extent: Any, mirror: float) -> None:
+def test_a_published_3d_box_has_the_corners_of_its_record(q: Any, origin: Any, extent: Any, mirror: float) -> None:
     x, y, z, w = np.array(q) / np.linalg.norm(q)
     axes = np.array([0.5, 2.0, 3.0 * mirror])[:, None] * matrix((x, y, z, w)).T
     rows = np.eye(4)
@@ -118,9 +118,7 @@ inside = st.lists(st.tuples(*[st.floats(0.0, 1.0)] * 3), min_size=1, max_size=20
 
 
 @given(quaternions, st.tuples(finite, finite, finite), st.tuples(corners, corners, corners), inside)
-def test_a_loose_box_holds_every_point_of_its_solid_that_is_in_the_picture(
-    q: Any, origin: Any, extent: Any, points: Any
-) -> None:
+def test_a_loose_box_contains_every_visible_point_of_its_3d_box(q: Any, origin: Any, extent: Any, points: Any) -> None:
     x, y, z, w = np.array(q) / np.linalg.norm(q)
     solid = np.zeros(1, BOX_3D)
     solid["semanticId"] = 7
@@ -139,7 +137,7 @@ def test_a_loose_box_holds_every_point_of_its_solid_that_is_in_the_picture(
 
 
 @pytest.mark.parametrize("place", [(0.0, 0.0, -5.0), (90.0, 0.0, 5.0), (0.0, -90.0, 5.0)])
-def test_what_is_behind_the_camera_or_beside_the_picture_has_no_loose_box(place: tuple[float, float, float]) -> None:
+def test_3d_boxes_behind_the_camera_or_outside_the_image_have_no_loose_box(place: tuple[float, float, float]) -> None:
     solid = np.zeros(1, BOX_3D)
     solid["low"], solid["high"], solid["transform"] = -1.0, 1.0, np.eye(4)
     solid["transform"][0, 3, :3] = place
@@ -148,7 +146,7 @@ def test_what_is_behind_the_camera_or_beside_the_picture_has_no_loose_box(place:
 
 
 @pytest.mark.parametrize("scale", [0.0, np.nan, np.inf])
-def test_a_solid_box_without_a_volume_is_refused(scale: float) -> None:
+def test_a_3d_box_without_volume_is_refused(scale: float) -> None:
     flat = (1, -1, -1, -1, 1, 1, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, scale, 0, 0, 0, 0, 1)
     with pytest.raises(ValueError, match="data must be a finite and invertible matrix in box 1"):
         published_3d(BOXES[0], flat)
@@ -158,13 +156,15 @@ publishers = pytest.mark.parametrize(("cls", "topic"), [(ROS2PublishBbox2D, "/bb
 
 
 @publishers
-def test_without_boxes_an_empty_array_goes_out(cls: type[BoxPublisher], topic: str, context: RecordingContext) -> None:
+def test_without_boxes_an_empty_array_is_published(
+    cls: type[BoxPublisher], topic: str, context: RecordingContext
+) -> None:
     ready(cls, context).compute()
     assert context.transport.messages(topic)[0].detections == []
 
 
 @pytest.mark.parametrize(("cls", "size"), [(ROS2PublishBbox2D, BOX.itemsize), (ROS2PublishBbox3D, BOX_3D.itemsize)])
-def test_bytes_that_are_no_whole_boxes_are_refused(cls: type[BoxPublisher], size: int) -> None:
+def test_data_that_is_not_a_whole_number_of_boxes_is_refused(cls: type[BoxPublisher], size: int) -> None:
     node = ready(cls, RecordingContext(), data=np.zeros(size + 1, np.uint8))
     with pytest.raises(
         ValueError, match=f"data must be a multiple of {size} bytes, the size of a box, it is {size + 1}"

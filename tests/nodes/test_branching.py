@@ -27,12 +27,12 @@ def test_a_sequence_alternates_as_the_hidden_type_of_isaac_does() -> None:
 # Multisequence
 
 
-def test_a_multisequence_has_the_outputs_that_wires_begin_at_and_fires_them_by_number() -> None:
+def test_a_multisequence_has_the_wired_outputs_and_fires_them_in_the_order_of_their_numbers() -> None:
     node = of(Multisequence, "output10", "output2", "output1")
     assert list(node.compute()) == [node.output0, node.output1, node.output2, node.output10]
 
 
-def test_a_multisequence_ends_what_hangs_on_an_output_before_the_next_begins(play: Player) -> None:
+def test_the_nodes_behind_an_output_of_a_multisequence_finish_before_the_next_output_fires(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: OnPlaybackTick, Both: Multisequence, First: Counter, Second: Counter, Reset: Counter}
@@ -58,7 +58,7 @@ def test_a_switch_fires_the_output_of_the_branch_that_has_the_value() -> None:
     assert fired(node) == "output0"
 
 
-def test_a_switch_takes_the_numbers_of_two_digits_that_the_editor_of_isaac_gives(play: Player) -> None:
+def test_a_switch_accepts_the_two_digit_numbers_of_isaac_sims_editor(play: Player) -> None:
     playing = play.graph(
         """
         nodes:
@@ -76,7 +76,7 @@ def test_a_switch_takes_the_numbers_of_two_digits_that_the_editor_of_isaac_gives
     assert (playing.node("Hit").count, playing.node("Miss").count) == (2, 0)
 
 
-def test_a_switch_without_such_a_branch_fires_nothing() -> None:
+def test_a_switch_without_a_matching_branch_fires_nothing() -> None:
     node = of(SwitchToken, "output0", branch0="stop", value="go")
     assert fired(node) == ""
     node.value = "Stop"

@@ -89,7 +89,7 @@ def test_depth_is_metres_in_single_precision_and_inf_where_nothing_was_seen() ->
 
 
 @every_segmentation
-def test_segmentations_are_the_number_of_the_prim_at_each_pixel(kind: str) -> None:
+def test_a_segmentation_image_has_the_id_of_the_prim_at_each_pixel(kind: str) -> None:
     (picture,) = Bench(kind).deliver()
     assert (picture.width, picture.height, picture.encoding, picture.step) == (3, 2, "32SC1", 12)
     assert struct.unpack("<6i", bytes(picture.data)) == (0, 1, 1, 2, 2, 0)
@@ -109,7 +109,7 @@ def test_tight_boxes_are_around_the_pixels_of_each_prim() -> None:
     assert [(box.size_x, box.size_y) for _, box in boxes] == [(2.0, 1.0), (2.0, 1.0)]
 
 
-def test_loose_boxes_are_around_all_of_the_prims_of_which_a_pixel_is_seen() -> None:
+def test_loose_boxes_enclose_the_whole_prims_that_have_a_visible_pixel() -> None:
     bench = Bench("bbox_2d_loose")
     boxes = np.zeros(2, BOX_3D)
     boxes["semanticId"], boxes["low"], boxes["high"] = (3, 1), [-0.5, -0.5, 0.0], [0.5, 0.5, 4.0]
@@ -122,7 +122,7 @@ def test_loose_boxes_are_around_all_of_the_prims_of_which_a_pixel_is_seen() -> N
     assert detection.results[0].hypothesis.class_id == "1"
 
 
-def test_solid_boxes_are_those_of_the_prims_of_which_a_pixel_is_seen() -> None:
+def test_3d_boxes_are_published_for_prims_that_have_a_visible_pixel() -> None:
     bench = Bench("bbox_3d")
     boxes = np.zeros(3, BOX_3D)
     boxes["semanticId"], boxes["low"], boxes["high"] = (3, 2, 1), [-1.0, -1.0, 0.0], [1.0, 1.0, 4.0]
@@ -137,7 +137,7 @@ def test_solid_boxes_are_those_of_the_prims_of_which_a_pixel_is_seen() -> None:
 
 
 @every_type
-def test_messages_are_what_their_type_says_and_rosbags_reads_them_back(kind: str) -> None:
+def test_messages_have_the_selected_type_and_rosbags_decodes_them(kind: str) -> None:
     bench = Bench(kind)
     bench.deliver()
     (claim,) = bench.context.services.claims
@@ -156,7 +156,7 @@ def test_pixels_are_not_copied_on_their_way_into_the_message() -> None:
     assert np.shares_memory(message.data, picture.rgb)
 
 
-def test_rows_that_lie_otherwise_in_memory_are_put_in_order() -> None:
+def test_images_that_are_not_contiguous_are_published_row_by_row() -> None:
     bench = Bench()
     bench.deliver()
     picture: Any = bench.camera.delivered()
@@ -168,7 +168,7 @@ def test_rows_that_lie_otherwise_in_memory_are_put_in_order() -> None:
 # Points
 
 
-def test_a_cloud_has_the_points_of_the_pixels_that_saw_something() -> None:
+def test_a_cloud_has_one_point_for_each_pixel_with_a_surface() -> None:
     (cloud,) = Bench("depth_pcl").deliver()
     points = read_points(cloud)
     # 90 degrees over three pixels: fx = 1.5, and the axis meets the middle of the picture at (1, 0.5).
@@ -200,7 +200,7 @@ def test_an_organized_cloud_has_a_point_for_each_pixel_and_says_whether_all_are_
     ]
 
 
-def test_a_coloured_cloud_that_is_one_row_has_the_colours_of_the_pixels_that_saw_something() -> None:
+def test_a_coloured_cloud_in_one_row_has_the_colours_of_the_pixels_with_a_surface() -> None:
     (cloud,) = Bench("depth_pcl", colored=True).deliver()
     assert (cloud.height, cloud.width, cloud.is_dense) == (1, 4, True)
     blue = np.array(read_points(cloud)["rgb"], "<f4").view("<u4") & 0xFF
@@ -227,7 +227,7 @@ def test_each_point_is_projected_back_onto_its_pixel(
     assert np.allclose(fy * y / z + cy, rows, atol=1e-5)
 
 
-def test_a_picture_of_nothing_is_an_empty_cloud() -> None:
+def test_an_image_without_surfaces_gives_an_empty_cloud() -> None:
     bench = Bench("depth_pcl")
     bench.camera.show(COLOURS, np.full((2, 3), INF), PRIMS, None, time=0.0, index=0)
     bench.context.tick()
@@ -235,7 +235,7 @@ def test_a_picture_of_nothing_is_an_empty_cloud() -> None:
     assert (cloud.height, cloud.width, len(cloud.data), cloud.is_dense) == (1, 0, 0, True)
 
 
-def test_points_follow_the_lens_of_the_camera_that_the_product_shows(context: RecordingContext) -> None:
+def test_points_follow_the_lens_of_the_current_camera_of_the_render_product(context: RecordingContext) -> None:
     context.world.add_device(CameraStub, "/wide", size=(3, 2), fov_deg=(90.0, 67.4))
     context.world.add_device(CameraStub, "/narrow", size=(3, 2), fov_deg=(45.0, 30.0))
     path = context.render_product("/wide", 3, 2)
@@ -251,7 +251,7 @@ def test_points_follow_the_lens_of_the_camera_that_the_product_shows(context: Re
 
 
 @every_segmentation
-def test_with_labels_each_number_is_published_with_its_prim(kind: str) -> None:
+def test_the_labels_message_maps_each_segmentation_id_to_its_prim(kind: str) -> None:
     bench = Bench(kind, enable_semantic_labels=True, semantic_labels_topic_name="names")
     bench.deliver(captured=1.25)
     (text,) = bench.context.transport.messages("/names")
@@ -263,7 +263,7 @@ def test_with_labels_each_number_is_published_with_its_prim(kind: str) -> None:
     }
 
 
-def test_labels_and_picture_bear_one_stamp() -> None:
+def test_labels_and_image_have_the_same_stamp() -> None:
     bench = Bench(SEGMENTATIONS[0], enable_semantic_labels=True)
     (picture,) = bench.deliver(captured=1 / 30)
     (text,) = bench.context.transport.messages("/semantic_labels")
@@ -271,7 +271,7 @@ def test_labels_and_picture_bear_one_stamp() -> None:
     assert (stamp["sec"], stamp["nanosec"]) == (picture.header.stamp.sec, picture.header.stamp.nanosec)
 
 
-def test_whoever_wants_the_labels_alone_gets_the_labels_alone() -> None:
+def test_with_subscribers_only_for_labels_only_labels_are_published() -> None:
     bench = Bench(SEGMENTATIONS[0], wanted=False, enable_semantic_labels=True)
     heard: list[bytes] = []
     bench.context.transport.reader("/semantic_labels", "std_msgs/msg/String", QoS(), heard.append)
@@ -279,12 +279,12 @@ def test_whoever_wants_the_labels_alone_gets_the_labels_alone() -> None:
     assert len(heard) == 1
 
 
-def test_without_labels_there_is_no_such_topic() -> None:
+def test_without_labels_the_labels_topic_does_not_exist() -> None:
     assert len(Bench(SEGMENTATIONS[0]).context.services.claims) == 1
 
 
 @pytest.mark.parametrize("kind", ["rgb", "depth", "depth_pcl"])
-def test_labels_of_what_has_none_are_told_to_have_no_effect(kind: str) -> None:
+def test_labels_for_images_without_segmentation_log_that_they_have_no_effect(kind: str) -> None:
     context = Bench(kind, enable_semantic_labels=True).context
     assert [severity for severity, _ in context.logged] == ["warning"]
     assert len(context.services.claims) == 1
@@ -305,14 +305,14 @@ class Asked:
 
 
 @every_type
-def test_a_segmentation_is_asked_for_only_where_one_is_published(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_segmentation_is_requested_only_for_types_that_publish_it(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(kind)
     asked = Asked(bench, monkeypatch)
     bench.deliver()
     assert asked.segmentations == [kind in SEGMENTATIONS]
 
 
-def test_between_two_samples_nothing_is_asked_for_but_what_is_delivered_is_published() -> None:
+def test_between_two_samples_no_image_is_requested_but_a_delivered_image_is_published() -> None:
     bench = Bench()
     bench.camera.show(COLOURS)
     bench.camera.due = False
@@ -328,7 +328,7 @@ def test_before_a_picture_is_delivered_nothing_is_published() -> None:
 
 
 @every_segmentation
-def test_a_picture_that_another_helper_asked_for_may_have_no_segmentation(
+def test_an_image_requested_by_another_helper_without_segmentation_is_not_published(
     kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench = Bench(kind)
@@ -344,7 +344,7 @@ def test_a_picture_that_another_helper_asked_for_may_have_no_segmentation(
 
 
 @every_type
-def test_the_stamp_is_the_time_of_the_capture_not_of_the_delivery(kind: str) -> None:
+def test_the_stamp_is_the_time_of_the_capture_and_not_of_the_delivery(kind: str) -> None:
     bench = Bench(kind)
     bench.context.tick(60)
     (message,) = bench.deliver(captured=0.75)
@@ -372,20 +372,20 @@ def test_namespaces_are_collected_from_the_cameras_prim_for_both_topics() -> Non
 
 
 @every_type
-def test_the_type_says_which_message_it_publishes_at_the_cameras_rate(kind: str) -> None:
+def test_the_type_selects_the_message_and_the_rate_is_the_cameras(kind: str) -> None:
     (claim,) = Bench(kind, rate=12.5, queue_size=3, context=8).context.services.claims
     name = "PointCloud2" if kind == "depth_pcl" else "Image"
     assert (claim.message_type, claim.rate, claim.qos) == (f"sensor_msgs/msg/{name}", 12.5, QoS(depth=3))
     assert claim.ros_context == 8
 
 
-def test_a_type_that_is_not_available_is_refused_with_those_that_are() -> None:
+def test_the_error_of_an_unavailable_type_lists_the_available_types() -> None:
     with pytest.raises(ContextError, match=r"'rgb_h264' are not available\n.*rgb, depth, depth_pcl") as refused:
         Bench("rgb_h264")
     assert refused.value.value == "rgb_h264"
 
 
-def test_a_type_that_there_is_not_is_refused() -> None:
+def test_an_unknown_type_is_refused() -> None:
     with pytest.raises(ValueError, match="one of rgb"):
         Bench("camera_info")
 

@@ -77,7 +77,7 @@ def projected(p: ArrayLike, point: NDArray[np.float64]) -> NDArray[np.float64]:
 # One camera
 
 
-def test_a_pinhole_has_square_pixels_no_distortion_and_is_rectified_as_it_is() -> None:
+def test_a_pinhole_camera_has_square_pixels_no_distortion_and_identity_rectification() -> None:
     info = Bench(frame_id="front").calibration()
     fx = 640.0 / math.tan(math.radians(87.0) / 2)
     assert info.k.tolist() == pytest.approx([fx, 0, 639.5, 0, fx, 359.5, 0, 0, 1])
@@ -90,7 +90,7 @@ def test_a_pinhole_has_square_pixels_no_distortion_and_is_rectified_as_it_is() -
 
 
 @given(width=st.integers(1, 4096), height=st.integers(1, 4096), degrees=st.floats(1.0, 179.0))
-def test_what_lies_in_the_edge_of_the_field_of_view_is_projected_onto_the_edge_of_the_picture(
+def test_points_at_the_edge_of_the_field_of_view_project_onto_the_edge_of_the_image(
     width: int, height: int, degrees: float
 ) -> None:
     context = RecordingContext()
@@ -104,7 +104,7 @@ def test_what_lies_in_the_edge_of_the_field_of_view_is_projected_onto_the_edge_o
     assert projected(info.p, np.array([-edge, 0.0, 1.0])) == pytest.approx([-0.5, expected], abs=1e-6)
 
 
-def test_it_is_the_size_of_the_render_product_that_counts(context: RecordingContext) -> None:
+def test_the_calibration_has_the_image_size_of_the_render_product(context: RecordingContext) -> None:
     context.world.add_device(CameraStub, "/Camera", size=(1280, 720), fov_deg=(90.0, 60.0))
     node = ready(ROS2CameraInfoHelper, context, render_product_path=context.render_product("/Camera", 640, 360))
     info = node.message(node.eyes[0], 0.0)
@@ -112,7 +112,7 @@ def test_it_is_the_size_of_the_render_product_that_counts(context: RecordingCont
     assert info.k.tolist() == pytest.approx([320.0, 0, 319.5, 0, 320.0, 179.5, 0, 0, 1])
 
 
-def test_the_message_is_what_its_type_says_and_rosbags_reads_it_back() -> None:
+def test_rosbags_decodes_the_camera_info_message() -> None:
     bench = Bench()
     for _ in range(3):  # later ones by a template of the first
         bench.tick(due=True)
@@ -138,7 +138,9 @@ def seen_by(context: RecordingContext, path: str, point: Vector3) -> NDArray[np.
     point=st.tuples(st.floats(0.5, 20.0), st.floats(-5.0, 5.0), st.floats(-3.0, 3.0)),
     mount=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
 )
-def test_both_projections_agree_with_where_each_camera_is(point: Vector3, mount: tuple[float, float, float]) -> None:
+def test_both_projections_of_a_pair_agree_with_the_poses_of_the_cameras(
+    point: Vector3, mount: tuple[float, float, float]
+) -> None:
     bench = Bench(right={})
     turn = rotation.from_rpy(*mount)
     bench.context.world.body(bench.context.world.stage.find("/robot")).orientation = turn
@@ -156,7 +158,7 @@ def pixel(k: ArrayLike, point: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([u / w, v / w])
 
 
-def test_a_pair_has_one_matrix_each_and_the_right_one_the_distance_between_them() -> None:
+def test_the_projection_of_the_right_camera_contains_the_baseline() -> None:
     bench = Bench(right={}, frame_id_right="right", topic_name_right="right_info")
     right = bench.calibration("/right_info")
     fx = 640.0 / math.tan(math.radians(87.0) / 2)
@@ -196,7 +198,7 @@ def test_a_pair_that_was_exchanged_is_refused() -> None:
     refused("not to the right of .*Left\nexchange the two render products", position=(0.0, 0.2, 0.0))
 
 
-def test_one_camera_is_no_pair() -> None:
+def test_one_camera_for_both_sides_of_a_pair_is_refused() -> None:
     with pytest.raises(ContextError, match="not to the right"):
         Bench(render_product_path_right=LEFT)
 
@@ -208,7 +210,7 @@ def test_a_pair_on_two_bodies_is_refused() -> None:
 # When it publishes
 
 
-def test_it_goes_out_with_the_picture_and_its_stamp_as_many_ticks_after_the_capture() -> None:
+def test_the_calibration_is_published_with_its_image_after_the_latency_with_the_same_stamp() -> None:
     bench = Bench()
     bench.camera.latency = 2
     sent = []
@@ -220,7 +222,7 @@ def test_it_goes_out_with_the_picture_and_its_stamp_as_many_ticks_after_the_capt
     assert stamps == [messages.stamp(1 / 60), messages.stamp(3 / 60)]
 
 
-def test_picture_and_calibration_bear_one_stamp() -> None:
+def test_image_and_calibration_have_the_same_stamp() -> None:
     bench = Bench()
     picture = ready(ROS2CameraHelper, bench.context, render_product_path=LEFT)
     bench.tick(due=True)
@@ -231,13 +233,13 @@ def test_picture_and_calibration_bear_one_stamp() -> None:
     assert info.header == image.header
 
 
-def test_no_picture_is_drawn_for_it() -> None:
+def test_no_image_is_rendered_for_the_calibration() -> None:
     bench = Bench()
     bench.calibration()
     assert bench.camera.requests == 0
 
 
-def test_one_that_nobody_wants_is_not_built(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_subscribers_no_calibration_message_is_built(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Bench(wanted=False)
     monkeypatch.setattr(ROS2CameraInfoHelper, "message", None)
     bench.tick(due=True)
@@ -245,7 +247,7 @@ def test_one_that_nobody_wants_is_not_built(monkeypatch: pytest.MonkeyPatch) -> 
     assert bench.sent == []
 
 
-def test_frame_skip_count_leaves_out_the_same_samples_as_of_the_pictures() -> None:
+def test_frame_skip_count_skips_the_same_samples_as_for_images() -> None:
     bench = Bench(rate=20.0, frame_skip_count=2)
     for tick in range(1, 62):
         bench.camera.index = tick // 3
@@ -256,7 +258,7 @@ def test_frame_skip_count_leaves_out_the_same_samples_as_of_the_pictures() -> No
     assert bench.context.services.claims[0].rate == pytest.approx(20.0 / 3)
 
 
-def test_executed_while_disabled_it_ends_and_what_was_captured_is_forgotten() -> None:
+def test_an_execution_with_enabled_false_ends_publishing_and_discards_captured_images() -> None:
     bench = Bench()
     bench.tick(due=True)
     bench.node.enabled = False
@@ -267,7 +269,7 @@ def test_executed_while_disabled_it_ends_and_what_was_captured_is_forgotten() ->
     assert bench.sent == []
 
 
-def test_a_stop_detaches_it_and_what_was_captured_is_forgotten() -> None:
+def test_a_stop_ends_publishing_and_discards_captured_images() -> None:
     bench = Bench()
     bench.tick(due=True)
     bench.context.stop(bench.node)
@@ -276,7 +278,7 @@ def test_a_stop_detaches_it_and_what_was_captured_is_forgotten() -> None:
     assert bench.sent == []
 
 
-def test_stamps_that_go_on_over_stop_and_play_count_what_was_played_before() -> None:
+def test_stamps_without_reset_on_stop_include_the_earlier_plays() -> None:
     bench = Bench(reset_simulation_time_on_stop=False)
     bench.context.tick(60)
     bench.context.stop(bench.node)
@@ -300,7 +302,7 @@ def test_each_topics_namespace_is_collected_from_its_own_camera() -> None:
 
 @pytest.mark.parametrize("which", ["render_product_path", "render_product_path_right"])
 @pytest.mark.parametrize("path", ["/robot", "/nowhere"])
-def test_what_is_no_camera_is_refused_in_setup(which: str, path: str) -> None:
+def test_a_prim_that_is_not_a_camera_is_refused_in_setup(which: str, path: str) -> None:
     inputs: dict[str, Any] = {which: path}
     with pytest.raises(PrimError):
         Bench(**inputs)
@@ -314,7 +316,7 @@ def info_of(**inputs: Any) -> messages.CameraInfo:
     return ready(ROS2PublishCameraInfo, RecordingContext(), **inputs).message()
 
 
-def test_it_publishes_what_its_ports_say() -> None:
+def test_the_publisher_copies_its_inputs_to_the_message() -> None:
     k, r, p = np.arange(9.0), np.arange(10.0, 19.0), np.arange(20.0, 32.0)
     info = info_of(
         width=640,
@@ -332,12 +334,12 @@ def test_it_publishes_what_its_ports_say() -> None:
     assert info.d.tolist() == [0.5, 0.25]
 
 
-def test_without_a_distortion_model_the_projection_stands_in_without_coefficients() -> None:
+def test_without_a_distortion_model_the_projection_type_is_published_without_coefficients() -> None:
     info = info_of(projection_type="pinhole", physical_distortion_coefficients=[0.5])
     assert (info.distortion_model, info.d.tolist()) == ("pinhole", [])
 
 
-def test_matrices_that_are_not_given_are_zero() -> None:
+def test_missing_matrices_are_zeros() -> None:
     info = info_of()
     messages.check(info)
     assert (info.k.tolist(), info.r.tolist(), info.p.tolist()) == ([0.0] * 9, [0.0] * 9, [0.0] * 12)

@@ -106,7 +106,7 @@ def test_a_default_that_is_not_given_is_legal_too() -> None:
     assert complaint(Positive) == "loopGain: the default 0.0 is not valid: expected a value > 0"
 
 
-def test_a_zero_that_means_that_an_input_is_not_set_may_be_out_of_its_bounds() -> None:
+def test_an_unset_input_of_zero_may_be_out_of_bounds() -> None:
     class Positive(Node, type="test.Positive"):
         """Divides by a gain."""
 
@@ -159,7 +159,7 @@ def test_a_base_without_slots_is_found() -> None:
     assert "a base class lacks __slots__" in complaint(Open)
 
 
-def test_chance_from_elsewhere_than_the_context_is_found() -> None:
+def test_random_numbers_that_do_not_come_from_the_context_are_found() -> None:
     class Dice(Node, type="test.Dice"):
         """Throws dice."""
 
@@ -171,7 +171,7 @@ def test_chance_from_elsewhere_than_the_context_is_found() -> None:
     assert "two instances with the same inputs behave differently" in complaint(Dice)
 
 
-def test_chance_from_the_context_is_fine() -> None:
+def test_random_numbers_from_the_context_are_accepted() -> None:
     class Seeded(Node, type="test.Seeded", volatile=True):
         """Throws the session's dice."""
 
@@ -187,7 +187,7 @@ def test_chance_from_the_context_is_fine() -> None:
     check_node(Seeded)
 
 
-def test_memory_that_instances_share_is_found() -> None:
+def test_mutable_state_shared_by_instances_is_found() -> None:
     counter = itertools.count()
 
     class Shared(Node, type="test.Shared"):
@@ -201,7 +201,7 @@ def test_memory_that_instances_share_is_found() -> None:
     assert "two instances" in complaint(Shared)
 
 
-def test_what_a_stop_makes_a_node_forget_for_good_is_found() -> None:
+def test_state_that_a_node_loses_for_good_at_a_stop_is_found() -> None:
     class Forgetful(Node, type="test.Forgetful"):
         """Binds a handle to a State that a stop sets back."""
 
@@ -233,7 +233,7 @@ def test_a_node_that_refuses_only_its_second_play_is_found() -> None:
     assert "behaves differently after a stop" in complaint(Tired)
 
 
-def test_what_a_stop_does_not_make_a_node_forget_is_found() -> None:
+def test_state_that_survives_a_stop_is_found() -> None:
     class Elephant(Node, type="test.Elephant"):
         """Keeps a count beyond its State."""
 
@@ -250,7 +250,7 @@ def test_what_a_stop_does_not_make_a_node_forget_is_found() -> None:
     assert "behaves differently after a stop" in complaint(Elephant)
 
 
-def test_a_node_that_fires_by_hand_is_gated() -> None:
+def test_a_node_that_returns_its_output_to_fire_must_be_gated() -> None:
     class Firing(Node, type="test.Firing"):
         """Returns its output pin without being gated."""
 
@@ -263,7 +263,7 @@ def test_a_node_that_fires_by_hand_is_gated() -> None:
     assert "was not declared with gated=True" in complaint(Firing)
 
 
-def test_a_pusher_and_a_latent_node_are_run() -> None:
+def test_check_node_runs_pushers_and_latent_nodes() -> None:
     class Forever(Node, type="test.Forever"):
         """Pushes without an end."""
 
@@ -291,7 +291,7 @@ def test_a_pusher_and_a_latent_node_are_run() -> None:
     assert "KeyError" in complaint(Wrong)
 
 
-def test_a_node_may_refuse_its_defaults() -> None:
+def test_a_node_may_raise_bad_value_error_for_its_defaults() -> None:
     class Strict(Node, type="test.Strict"):
         """Divides by a gain."""
 
@@ -305,7 +305,7 @@ def test_a_node_may_refuse_its_defaults() -> None:
     check_node(Strict, loop_gain=1.0)
 
 
-def test_what_a_node_cannot_do_without_is_asked_for() -> None:
+def test_missing_required_inputs_are_asked_for() -> None:
     class Needy(Node, type="test.Needy"):
         """Needs a robot, and one of two frames."""
 
@@ -327,11 +327,11 @@ def test_what_a_node_cannot_do_without_is_asked_for() -> None:
     check_node(Needy, with_a_robot, robot="/robot", other_frame="/robot")
 
 
-def test_a_constructor_argument_that_is_no_input_is_reported() -> None:
+def test_a_constructor_argument_that_is_not_an_input_is_reported() -> None:
     assert "TypeError" in complaint(Sound, wheel_sped=1.0)
 
 
-def test_everything_is_told_at_once() -> None:
+def test_all_omissions_are_reported_at_once() -> None:
     class Bad(Node, type="Bad"):
         """this is bad"""
 

@@ -53,7 +53,7 @@ def test_a_target_needs_a_drive_and_an_effort_needs_none(tmp_path: Path, inputs:
     assert bool(findings.errors) == ("G310" in codes)
 
 
-def test_joints_that_are_clamped_together_are_told_in_one_warning(
+def test_joints_clamped_in_the_same_tick_are_reported_in_one_warning(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     names = [f"j{number}" for number in range(6)]

@@ -21,7 +21,7 @@ TOPIC = "/image_raw/compressed"
 
 @pytest.mark.parametrize("field", ["data", "data_ptr"])
 @pytest.mark.parametrize("format", ["jpeg", "png"])
-def test_a_picture_goes_out_as_it_was_compressed(field: str, format: str, context: RecordingContext) -> None:
+def test_compressed_bytes_are_published_unchanged(field: str, format: str, context: RecordingContext) -> None:
     file = io.BytesIO()
     Image.new("RGB", (4, 3), (255, 0, 0)).save(file, format)
     pixels = np.frombuffer(file.getvalue(), np.uint8)
@@ -32,13 +32,13 @@ def test_a_picture_goes_out_as_it_was_compressed(field: str, format: str, contex
         assert (picture.size, picture.format) == ((4, 3), format.upper())
 
 
-def test_film_is_told_as_the_reference_tells_it(context: RecordingContext) -> None:
+def test_a_video_packet_has_the_format_string_of_isaac_sim(context: RecordingContext) -> None:
     ready(ROS2PublishCompressedImage, context, data=[0, 0, 0, 1]).compute()
     assert context.transport.messages(TOPIC)[0].format == "h264"
 
 
 @pytest.mark.parametrize("inputs", [{}, {"data_ptr": b""}])
-def test_without_bytes_nothing_goes_out(inputs: dict[str, bytes], context: RecordingContext) -> None:
+def test_without_bytes_nothing_is_published(inputs: dict[str, bytes], context: RecordingContext) -> None:
     ready(ROS2PublishCompressedImage, context, **inputs).compute()
     assert context.transport.raw(TOPIC) == []
 
@@ -95,7 +95,7 @@ def test_jpeg_is_close_to_the_pixels(encoding: str, context: RecordingContext) -
         ("16UC1", "png", "16UC1; png compressed "),
     ],
 )
-def test_the_format_is_written_as_image_transport_writes_it(encoding: str, compression: str, written: str) -> None:
+def test_the_format_string_is_that_of_image_transport(encoding: str, compression: str, written: str) -> None:
     inputs: dict[str, Any] = {
         "width": 32,
         "height": 24,
@@ -112,7 +112,7 @@ def noise_in_quality(quality: int) -> bytes:
     return bytes(ready(ROS2PublishCompressedImage, RecordingContext(), **inputs, jpeg_quality=quality).message().data)
 
 
-def test_a_higher_quality_takes_more_bytes_and_the_same_quality_the_same() -> None:
+def test_a_higher_quality_gives_more_bytes_and_equal_quality_equal_bytes() -> None:
     low, high = noise_in_quality(20), noise_in_quality(90)
     assert len(low) < len(high)
     assert in_another_process(noise_in_quality, 90) == high
@@ -136,7 +136,7 @@ def test_an_image_that_cannot_be_compressed_is_an_error(inputs: dict[str, Any], 
         node.message()
 
 
-def test_an_image_that_nobody_wants_is_not_compressed() -> None:
+def test_without_subscribers_no_image_is_compressed() -> None:
     context = RecordingContext(wanted=False)
     # It has no size: it could not be compressed.
     ready(ROS2PublishCompressedImage, context, encoding="rgb8", data=[1, 2, 3]).compute()

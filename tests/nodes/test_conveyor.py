@@ -40,7 +40,7 @@ def test_a_curved_belt_turns(context: RecordingContext) -> None:
     assert (surface.linear, surface.angular) == (pytest.approx((0.0, 0.0, 0.1)), STILL)
 
 
-def test_while_it_is_not_enabled_the_velocity_stays(context: RecordingContext) -> None:
+def test_a_disabled_conveyor_keeps_its_velocity(context: RecordingContext) -> None:
     surface = belt(context)
     node = computed(IsaacConveyor, context, conveyor_prim="/World/belt", velocity=0.5)
     node.enabled, node.velocity = False, 0.0
@@ -58,7 +58,7 @@ def test_a_velocity_that_is_not_finite_is_refused(context: RecordingContext, spe
     assert surface.linear == STILL
 
 
-def test_a_prim_without_a_body_is_refused_with_those_there_are(context: RecordingContext) -> None:
+def test_the_error_of_a_prim_without_a_body_lists_the_bodies(context: RecordingContext) -> None:
     belt(context)
     context.world.stage.add("/World/group", "scope")
     with pytest.raises(PrimError, match="'/World/group' is a scope, which has no rigid body\nbodies: /World/belt"):

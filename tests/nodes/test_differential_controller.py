@@ -59,18 +59,20 @@ def test_a_turn_to_the_left_is_positive_and_drives_the_right_wheel_forward() -> 
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_of_radius_and_distance_the_absolute_values_count(sign: float) -> None:
+def test_the_signs_of_radius_and_distance_are_ignored(sign: float) -> None:
     node = controller(wheel_radius=0.1 * sign, wheel_distance=-0.5 * sign, angular_velocity=1.0)
     assert wheels(node) == [-2.5, 2.5]
 
 
 @given(v=speeds, w=speeds, v_max=sizes, w_max=sizes)
-def test_the_twist_is_limited_before_it_is_shared_out(v: float, w: float, v_max: float, w_max: float) -> None:
+def test_the_twist_is_limited_before_the_wheel_speeds_are_computed(
+    v: float, w: float, v_max: float, w_max: float
+) -> None:
     node = controller(linear_velocity=v, angular_velocity=w, max_linear_speed=v_max, max_angular_speed=w_max)
     assert close(twist_of(node), (math.copysign(min(abs(v), v_max), v), math.copysign(min(abs(w), w_max), w)))
 
 
-def test_each_wheel_is_limited_for_itself() -> None:
+def test_each_wheel_is_limited_separately() -> None:
     node = controller(linear_velocity=1.0, angular_velocity=1.0, max_wheel_speed=10.0)
     assert wheels(node) == [7.5, 10.0]
     node.linear_velocity, node.angular_velocity = -1.0, -1.0
@@ -78,7 +80,7 @@ def test_each_wheel_is_limited_for_itself() -> None:
 
 
 @pytest.mark.parametrize(("v", "w"), [(1.0, 1.0), (-1.0, 1.0), (0.3, -6.0), (0.0, 5.0), (0.3, 0.1)])
-def test_a_twist_beyond_the_wheels_is_scaled_so_that_the_radius_of_the_turn_stays(v: float, w: float) -> None:
+def test_a_twist_beyond_the_wheel_limit_is_scaled_with_a_constant_radius_of_turn(v: float, w: float) -> None:
     inputs = {"linear_velocity": v, "angular_velocity": w, "max_wheel_speed": 5.0, "scale_wheel_speeds": True}
     speeds = wheels(controller(**inputs))
     asked = [(v - w * 0.25) / 0.1, (v + w * 0.25) / 0.1]
@@ -96,7 +98,7 @@ def test_a_base_whose_twist_was_scaled_slows_down_from_the_speed_of_its_wheels()
     assert wheels(node) == pytest.approx([1.0, 1.0])
 
 
-def test_a_limit_of_0_is_none_and_the_sign_of_a_limit_does_not_count() -> None:
+def test_a_limit_of_0_means_no_limit_and_the_sign_of_a_limit_is_ignored() -> None:
     assert close(twist_of(controller(linear_velocity=1e6)), (1e6, 0.0))
     assert close(twist_of(controller(linear_velocity=5.0, max_linear_speed=-2.0)), (2.0, 0.0))
 
@@ -128,12 +130,12 @@ def test_forward_speed_ramps(first: float, computes: int, then: float, speeds: l
     assert close([twist_of(node)[0] for _ in speeds], speeds)
 
 
-def test_backwards_it_ramps_as_forwards() -> None:
+def test_ramps_are_the_same_backwards_and_forwards() -> None:
     forward, backward = ramping(linear_velocity=0.25), ramping(linear_velocity=-0.25)
     assert all(close(twist_of(forward)[0], -twist_of(backward)[0]) for _ in range(4))
 
 
-def test_turning_ramps_both_ways_alike() -> None:
+def test_ramps_of_the_turn_rate_are_the_same_in_both_directions() -> None:
     node = ramping(angular_velocity=0.7)
     assert close([twist_of(node)[1] for _ in range(3)], [0.3, 0.6, 0.7])
     node.angular_velocity = -0.7
@@ -158,7 +160,7 @@ def test_a_ramp_never_goes_beyond_its_target_and_never_faster_than_its_limit(tar
 
 
 @pytest.mark.parametrize("name", ["linear_velocity", "angular_velocity", "dt"])
-def test_a_ramp_goes_on_after_a_value_that_is_not_a_number(name: str) -> None:
+def test_a_ramp_continues_after_a_nan_command(name: str) -> None:
     node, spared = (ramping(linear_velocity=0.5, angular_velocity=0.7) for _ in range(2))
     assert close(wheels(node), wheels(spared))
     good = getattr(node, name)
@@ -196,7 +198,7 @@ def test_a_ramp_without_dt_is_an_error_and_the_command_stays(limit: str, dt: flo
     assert node.velocity_command is before
 
 
-def test_parameters_act_when_they_are_set_where_the_reference_keeps_the_first() -> None:
+def test_changed_parameters_take_effect_although_isaac_sim_keeps_the_first_values() -> None:
     node = controller(linear_velocity=1.0)
     assert wheels(node) == [10.0, 10.0]
     node.wheel_radius = 0.2
@@ -214,7 +216,7 @@ def test_every_compute_makes_a_new_array() -> None:
     assert before.tolist() == [10.0, 10.0]
 
 
-def test_a_stop_forgets_the_ramp_and_the_command_but_not_what_the_user_set() -> None:
+def test_a_stop_resets_ramp_and_command_and_keeps_the_inputs() -> None:
     node = ramping(linear_velocity=0.25)
     first = [twist_of(node) for _ in range(3)]
     RecordingContext().stop(node)
@@ -226,7 +228,7 @@ def test_a_stop_forgets_the_ramp_and_the_command_but_not_what_the_user_set() -> 
 # In graphs
 
 
-def test_in_the_tutorials_graph_a_twist_drives_the_wheels_in_the_tick_that_sees_it(play: Player) -> None:
+def test_in_the_tutorials_graph_a_twist_drives_the_wheels_in_the_tick_of_its_arrival(play: Player) -> None:
     world = dd100()
     playing = play.shipped("tutorial/cmd_vel", world)
     robot = world.articulation(world.stage.find("/dd100"))
@@ -267,7 +269,7 @@ def test_in_the_shipped_graphs_a_second_play_begins_at_rest(play: Player, name: 
     assert robot.targets["velocity"] == [0.0, 0.0]
 
 
-def test_in_a_graph_wheels_that_shrink_to_nothing_stop_the_run_and_name_the_node(play: Player) -> None:
+def test_in_a_graph_a_wheel_radius_of_0_stops_the_run_with_an_error_that_names_the_node(play: Player) -> None:
     playing = play.shipped("tutorial/cmd_vel", dd100())
     playing.transport.inject("/dd100_0000/cmd_vel", twist(1.0, 0.0))
     playing.set("DiffController", "wheel_radius", 0.0)

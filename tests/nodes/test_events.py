@@ -50,7 +50,7 @@ def test_impulses_before_one_tick_are_one(play: Player, name: str) -> None:
     assert playing.node("Count").count == 2
 
 
-def test_more_impulses_than_a_queue_holds_are_one_too(play: Player) -> None:
+def test_more_impulses_than_a_queue_holds_fire_once(play: Player) -> None:
     playing = play.graph(IMPULSE)
     for _ in range(1001):
         playing.command("impulse", node="Impulse")
@@ -58,7 +58,7 @@ def test_more_impulses_than_a_queue_holds_are_one_too(play: Player) -> None:
     assert playing.node("Count").count == 1
 
 
-def test_an_impulse_is_forgotten_at_a_stop(play: Player) -> None:
+def test_a_stop_discards_impulses(play: Player) -> None:
     playing = play.graph(IMPULSE).tick()
     playing.command("impulse", node="Impulse")
     playing.session.stop()
@@ -67,13 +67,13 @@ def test_an_impulse_is_forgotten_at_a_stop(play: Player) -> None:
 
 
 @pytest.mark.parametrize("name", ["Impuls", "/", "pulse", "World/graph"])
-def test_an_impulse_for_nobody_is_told_with_who_waits(play: Player, name: str) -> None:
+def test_the_error_of_an_impulse_for_an_unknown_node_lists_the_nodes(play: Player, name: str) -> None:
     playing = play.graph(IMPULSE)
     with pytest.raises(UsageError, match="/World/graph/Impulse"):
         playing.command("impulse", node=name)
 
 
-def test_an_impulse_for_two_names_both(play: Player) -> None:
+def test_the_error_of_an_impulse_that_matches_two_nodes_names_both(play: Player) -> None:
     playing = play.graph(IMPULSE.replace("Count: Counter", "OtherImpulse: OnImpulseEvent, Count: Counter"))
     with pytest.raises(UsageError, match="no OnImpulseEvent node 'mpulse'"):
         playing.command("impulse", node="mpulse")
@@ -103,13 +103,13 @@ def test_a_key_is_pressed_once_and_released_once(context: RecordingContext) -> N
     assert (node.is_pressed, node.key_out) == (False, "W")
 
 
-def test_modifiers_have_to_be_held_before_and_either_ends_it(context: RecordingContext) -> None:
+def test_modifiers_must_be_held_before_the_key_and_the_first_release_ends_the_press(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="D", ctrl_in=True, shift_in=True)
     steps = ["D", "D LeftControl LeftShift", "LeftControl LeftShift", "D LeftControl RightShift", "D LeftControl", ""]
     assert typed(node, context, *steps) == ["", "", "", "pressed", "released", ""]
 
 
-def test_a_key_that_goes_up_before_the_tick_was_down_for_one(context: RecordingContext) -> None:
+def test_a_key_pressed_and_released_between_ticks_is_held_for_one_tick(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="Space")
     context.services.keys.press(["Space"])
     context.services.keys.release(["Space"])
@@ -149,7 +149,7 @@ def test_the_state_of_a_key_is_read(context: RecordingContext) -> None:
         ("٣", ()),
     ],
 )
-def test_what_a_terminal_sends_is_keys(sent: str, keys: tuple[str, ...]) -> None:
+def test_characters_of_a_terminal_are_translated_to_keys(sent: str, keys: tuple[str, ...]) -> None:
     assert keys_of(sent) == keys
     assert set(keys) <= set(KEYS)
 
@@ -184,7 +184,7 @@ class Notes(ExternalInputs):
         self.commands.append((name, arguments))
 
 
-def test_keys_and_impulses_are_recorded_as_commands_that_can_be_given_again(play: Player) -> None:
+def test_recorded_keys_and_impulses_can_be_replayed(play: Player) -> None:
     playing = play.graph(KEYBOARD.replace("Down:", "Impulse: OnImpulseEvent, Down:"))
     playing.session.inbox = notes = Notes()
     playing.command("press", keys="W")
@@ -211,7 +211,7 @@ connections: [Start.execOut -> Starts.execIn, Loaded.execOut -> Loads.execIn]
 """
 
 
-def test_a_start_fires_in_the_first_tick_of_every_play_and_a_pause_ends_none(play: Player) -> None:
+def test_a_start_event_fires_in_the_first_tick_of_every_play_and_not_after_a_pause(play: Player) -> None:
     playing = play.graph(PLAYS).tick(3)
     playing.session.pause()
     playing.tick(2)
@@ -221,7 +221,7 @@ def test_a_start_fires_in_the_first_tick_of_every_play_and_a_pause_ends_none(pla
     assert (playing.node("Starts").count, playing.node("Loads").count) == (1, 0)
 
 
-def test_alone_a_start_fires_once_a_play(context: RecordingContext) -> None:
+def test_outside_a_graph_a_start_event_fires_once_a_play(context: RecordingContext) -> None:
     node, loaded = ready(OnStageEvent, context), ready(OnLoaded, context)
     context.tick()
     assert (node.compute(), loaded.compute()) == (node.exec_out, loaded.exec_out)
@@ -236,7 +236,7 @@ STOPS = ("OmniGraph Stop Play", "Simulation Stop Play", "Animation Stop Play")
 
 
 @pytest.mark.parametrize(("name", "stops"), [*((name, True) for name in STOPS), ("Simulation Start Play", False)])
-def test_alone_a_stop_fires_at_the_end_of_a_play_and_in_no_tick(name: str, stops: bool) -> None:
+def test_outside_a_graph_a_stop_event_fires_only_at_the_end_of_play(name: str, stops: bool) -> None:
     context = RecordingContext()
     node = ready(OnStageEvent, context, event_name=name)
     context.tick()
@@ -244,13 +244,13 @@ def test_alone_a_stop_fires_at_the_end_of_a_play_and_in_no_tick(name: str, stops
     assert node.at_stop() == (node.exec_out if stops else None)
 
 
-def test_alone_closing_fires_before_the_graph_is_closed_and_in_no_tick(context: RecordingContext) -> None:
+def test_outside_a_graph_on_closing_fires_only_before_the_graph_is_closed(context: RecordingContext) -> None:
     node = ready(OnClosing, context)
     context.tick()
     assert (node.compute(), node.at_close()) == (None, node.exec_out)
 
 
-def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> None:
+def test_a_message_published_at_a_stop_has_the_time_of_the_last_tick(play: Player) -> None:
     playing = play.graph(
         """
         nodes:
@@ -274,7 +274,7 @@ def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> No
     assert times == [[0.5, 1.0], [1.0]]
 
 
-def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
+def test_the_check_reports_an_event_that_never_occurs(tmp_path: Path) -> None:
     (finding,) = checked(tmp_path, PLAYS.replace("Simulation Start Play", "Saved")).items
     assert (finding.code, finding.message) == ("W101", "Start never fires: 'Saved' is an event of the editor")
 
@@ -285,20 +285,20 @@ def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("level", "severity"), [("Verbose", "info"), ("Info", "info"), ("Warn", "warning"), ("Error", "error")]
 )
-def test_a_message_is_told_with_its_severity(level: str, severity: str, context: RecordingContext) -> None:
+def test_a_message_is_logged_with_its_severity(level: str, severity: str, context: RecordingContext) -> None:
     ready(LogMessage, context, message="at the dock", log_level=level).compute()
     assert context.logged == [(severity, "at the dock")]
 
 
 @pytest.mark.parametrize("cls", [LogMessage, PrintText])
-def test_a_level_that_a_wire_brings_and_there_is_not_is_told(cls: Any) -> None:
+def test_an_unknown_level_from_a_wire_is_an_error(cls: Any) -> None:
     node = ready(cls, RecordingContext())
     node.log_level = "Loud"
     with pytest.raises(ValueError, match="logLevel must be one of Verbose, Info, Warn, Warning, Error, it is 'Loud'"):
         node.compute()
 
 
-def test_in_a_graph_a_message_is_told_once_however_often_it_comes(play: Player) -> None:
+def test_in_a_graph_a_repeated_message_is_printed_once(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: OnPlaybackTick, Log: {type: LogMessage, inputs: {message: at the dock, logLevel: Warn}}}
@@ -308,7 +308,7 @@ def test_in_a_graph_a_message_is_told_once_however_often_it_comes(play: Player) 
     assert [line for line in playing.complaints if "at the dock" in line] == playing.complaints[:1]
 
 
-def test_in_a_graph_the_state_of_a_key_is_read_and_a_stop_lets_it_go(play: Player) -> None:
+def test_in_a_graph_the_state_of_a_key_is_read_and_reset_at_a_stop(play: Player) -> None:
     playing = play.graph(
         """
         nodes:
@@ -330,6 +330,6 @@ def test_in_a_graph_the_state_of_a_key_is_read_and_a_stop_lets_it_go(play: Playe
     assert not playing.node("Key").is_pressed
 
 
-def test_a_text_is_told(context: RecordingContext) -> None:
+def test_print_text_logs_its_text(context: RecordingContext) -> None:
     ready(PrintText, context, text="at the dock", log_level="Warning", to_screen=True).compute()
     assert context.logged == [("warning", "at the dock")]

@@ -23,7 +23,7 @@ def test_the_simulation_event_gives_the_duration_of_a_step(context: RecordingCon
     assert (node.kind(), node.delta_simulation_time) == ("event", 1 / 60)
 
 
-def test_all_of_a_ticks_wall_time_falls_to_its_first_step(context: RecordingContext) -> None:
+def test_the_first_step_of_a_tick_gets_the_wall_time_of_the_whole_tick(context: RecordingContext) -> None:
     node, deltas = stepping(context), []
     for tick in range(3):
         context.clock.wall_time = 100.0 + 0.5 * tick
@@ -42,14 +42,14 @@ def test_after_a_stop_the_wall_time_of_the_pause_does_not_count(context: Recordi
     assert node.delta_system_time == 0.0
 
 
-def test_in_a_graph_that_runs_once_a_tick_the_file_is_refused_with_the_remedy(play: Player) -> None:
+def test_on_physics_step_in_a_graph_of_ticks_is_an_error_with_a_remedy(play: Player) -> None:
     text = "nodes: {Step: OnPhysicsStep, Clock: PublishClock}\nconnections: [Step.step -> Clock.execIn]"
     with pytest.raises(CheckError, match="this graph runs once a tick") as caught:
         play.graph(text)
     assert "write `runs: physics_step` into the graph file, or use OnPlaybackTick" in str(caught.value)
 
 
-def test_a_graph_of_physics_steps_runs_at_each_with_the_time_of_each(play: Player) -> None:
+def test_a_graph_of_physics_steps_runs_at_each_step_with_the_time_of_the_step(play: Player) -> None:
     playing = play.graph(
         """
         runs: physics_step
@@ -94,7 +94,7 @@ def test_a_step_takes_effect_when_it_is_set() -> None:
     assert node.compute() == node.exec_out
 
 
-def test_in_a_graph_each_wire_that_fires_is_an_execution(play: Player) -> None:
+def test_in_a_graph_each_firing_wire_counts_as_an_execution(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: OnPlaybackTick, Other: OnPlaybackTick, Gate: {type: SimulationGate, inputs: {step: 3}}, Clock: PublishClock}

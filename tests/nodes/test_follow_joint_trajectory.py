@@ -124,7 +124,7 @@ def test_feedback_has_the_desired_and_the_actual_state_and_their_difference() ->
     assert sent.error.velocities == pytest.approx(TO)
 
 
-def test_an_error_on_the_way_aborts_and_the_joints_hold_where_they_are() -> None:
+def test_an_error_beyond_the_path_tolerance_aborts_and_the_joints_hold_their_positions() -> None:
     arm = Arm(path_tolerances=np.array([0.1]))
     arm.blocked = True
     arm.send(trajectory(NAMES, point(1.0, TO)))
@@ -146,7 +146,7 @@ def test_a_goal_waits_for_the_joints_until_its_time_tolerance_has_passed() -> No
     assert arm.reason.startswith("joint lift: position error 0.4 rad, tolerance 0.01 rad, 0.51")
 
 
-def test_without_a_time_tolerance_a_goal_waits_as_long_as_it_takes() -> None:
+def test_without_a_time_tolerance_a_goal_waits_for_the_joints_without_limit() -> None:
     arm = Arm(goal_tolerances=np.array([0.01]))
     arm.blocked = True
     arm.send(way())
@@ -191,7 +191,7 @@ def test_a_new_goal_aborts_the_previous_one_and_the_set_points_stay_smooth() -> 
     assert path[-1] == pytest.approx([0.0, 0.8])
 
 
-def test_an_impossible_goal_is_refused_with_its_code_and_the_present_one_continues() -> None:
+def test_an_invalid_goal_gets_its_error_code_and_the_current_goal_continues() -> None:
     arm = Arm()
     arm.send(way())
     arm.send(trajectory(["lift", "elbw"], point(1.0, TO)))
@@ -286,14 +286,14 @@ def test_joints_stop_when_the_node_gets_other_joints(by_topic: bool) -> None:
     assert by_topic or [status for status, _ in arm.results] == [goals.ABORTED]
 
 
-def test_without_names_all_joints_are_commanded_that_follow_no_other() -> None:
+def test_without_names_all_driven_joints_that_are_not_mimic_joints_are_commanded() -> None:
     context = RecordingContext()
     context.world.add_robot("/arm", [*NAMES, "finger"], leaders=("", "", "elbow"))
     node = ready(ROS2FollowJointTrajectory, context, target_prim="/arm")
     assert node.commanded == tuple(NAMES)
 
 
-def test_messages_have_the_published_names_of_joints_and_commands_their_own() -> None:
+def test_messages_have_published_joint_names_and_commands_the_names_of_the_description() -> None:
     context = RecordingContext()
     context.world.add_robot("/arm", NAMES)
     context.world.stage.add("/arm/Physics/lift", "joint", name_override="shoulder", facts={"joint": "lift"})
@@ -365,7 +365,7 @@ def test_joints_without_a_position_drive_are_found_by_the_check(
     assert findings.errors == []
 
 
-def test_the_class_is_sound() -> None:
+def test_check_node_accepts_the_trajectory_controller() -> None:
     def make() -> RecordingContext:
         context = RecordingContext()
         context.world.add_robot("/arm", NAMES)
@@ -393,7 +393,7 @@ def wild_trajectories(draw: st.DrawFn) -> Any:
 
 
 @given(st.lists(wild_trajectories(), min_size=1, max_size=3), st.booleans())
-def test_no_message_breaks_the_node_and_every_goal_gets_an_answer(sent: list[Any], partial: bool) -> None:
+def test_no_message_raises_an_error_and_every_goal_gets_a_response(sent: list[Any], partial: bool) -> None:
     arm = Arm(allow_partial_joints_goal=partial)
     for message in sent:
         arm.publish(message)

@@ -27,7 +27,7 @@ def made() -> RecordingContext:
     return context
 
 
-def test_it_keeps_what_nodes_promise() -> None:
+def test_check_node_accepts_the_force_torque_publisher() -> None:
     check_node(ForceTorquePublisher, made, force_torque_prim=["/bot/hand/Wrist"])
 
 
@@ -60,7 +60,7 @@ def test_a_check_finds_a_sensor_on_the_root_link(play: Player) -> None:
         play.scene(scene)
 
 
-def test_a_robot_in_a_scene_publishes_the_weight_of_what_its_joint_carries(play: Player) -> None:
+def test_a_robot_in_a_scene_publishes_the_weight_that_its_joint_carries(play: Player) -> None:
     playing = play.scene(
         {
             "bot.urdf": """

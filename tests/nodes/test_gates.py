@@ -13,7 +13,7 @@ from tests.nodes.harness import Player
 
 
 @pytest.mark.parametrize("closed", [True, False])
-def test_a_gate_lets_through_while_it_is_open_and_a_toggle_turns_it(closed: bool) -> None:
+def test_a_gate_fires_while_it_is_open_and_a_toggle_opens_or_closes_it(closed: bool) -> None:
     node, opened = Gate(start_closed=closed), ["", "exit_out"]
     assert fired(node, "enter") == opened[not closed]
     assert fired(node, "toggle") == ""
@@ -22,7 +22,7 @@ def test_a_gate_lets_through_while_it_is_open_and_a_toggle_turns_it(closed: bool
     assert fired(node, "enter") == opened[not closed]
 
 
-def test_a_toggle_that_comes_with_an_entry_acts_before_it() -> None:
+def test_a_toggle_acts_before_an_entry_of_the_same_pass() -> None:
     node = Gate(start_closed=True)
     node.toggle = 1
     assert fired(node, "enter") == "exit_out"
@@ -35,7 +35,7 @@ def test_a_multigate_fires_one_output_after_the_other_and_begins_again() -> None
     assert fired(node) == "output0"
 
 
-def test_a_multigate_takes_a_turn_in_which_nothing_fires_for_an_output_that_no_wire_begins_at() -> None:
+def test_a_multigate_fires_nothing_in_the_turn_of_an_unwired_output() -> None:
     node = of(Multigate, "output2", "output4")
     assert [fired(node) for _ in range(6)] == ["output0", "", "output2", "", "output4", "output0"]
 
@@ -53,12 +53,12 @@ def test_in_a_graph_a_multigate_counts_outputs_by_their_numbers(play: Player) ->
     assert playing.node("First").count == 1
 
 
-def test_a_flip_flop_tells_which_way_it_fired() -> None:
+def test_is_a_of_a_flip_flop_is_the_last_fired_output() -> None:
     node = FlipFlop()
     assert [(fired(node), node.is_a) for _ in range(3)] == [("a", True), ("b", False), ("a", True)]
 
 
-def test_once_is_once_until_it_is_reset() -> None:
+def test_once_fires_its_first_output_once_until_a_reset() -> None:
     node = Once()
     assert [fired(node) for _ in range(3)] == ["once", "after", "after"]
     assert fired(node, "reset_in") == ""
@@ -92,7 +92,7 @@ def test_a_sync_gate_waits_for_all_of_its_wires(play: Player) -> None:
     assert playing.each_tick(4, lambda: playing.node("Passed").count) == [0, 1, 1, 2]
 
 
-def test_a_sync_gate_begins_anew_with_another_value() -> None:
+def test_a_sync_gate_restarts_its_count_at_another_value() -> None:
     node = SyncGate(sync_value_in=7)
     node.wires = 2
     assert [fired(node), fired(node), fired(node)] == ["", "exec_out", ""]
@@ -100,7 +100,7 @@ def test_a_sync_gate_begins_anew_with_another_value() -> None:
     assert [fired(node), node.sync_value_out, fired(node)] == ["", 8, "exec_out"]
 
 
-def test_a_rational_sync_gate_takes_times_for_what_they_are() -> None:
+def test_a_rational_sync_gate_compares_times_as_fractions() -> None:
     node = RationalTimeSyncGate(numerator_in=1, denominator_in=2)
     node.wires = 2
     assert fired(node) == ""
@@ -110,7 +110,7 @@ def test_a_rational_sync_gate_takes_times_for_what_they_are() -> None:
     assert [fired(node), fired(node)] == ["", "exec_out"]
 
 
-def test_a_rational_sync_gate_tells_numerators_apart_where_no_denominator_is_set() -> None:
+def test_without_denominators_a_rational_sync_gate_compares_numerators() -> None:
     node = RationalTimeSyncGate(numerator_in=1)
     node.wires = 2
     arrivals = []

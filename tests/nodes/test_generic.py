@@ -48,7 +48,7 @@ def ports(cls: type[Node], message_type: str) -> dict[str, str]:
 
 # isaacsim.ros2.core/library/backend/Ros2DynamicMessage.cpp, parseMessageFields
 @pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
-def test_fields_are_ports_under_the_path_that_leads_to_them(cls: type[Node]) -> None:
+def test_the_port_of_a_field_is_named_by_the_path_of_the_field(cls: type[Node]) -> None:
     assert ports(cls, RANGE) == {
         "header:stamp:sec": "int",
         "header:stamp:nanosec": "uint",
@@ -81,7 +81,7 @@ def test_fields_are_ports_under_the_path_that_leads_to_them(cls: type[Node]) -> 
         ("String", "token"),
     ],
 )
-def test_every_kind_of_field_has_the_references_type(ros: str, ours: str) -> None:
+def test_the_port_of_every_kind_of_field_has_isaac_sims_type(ros: str, ours: str) -> None:
     assert ports(ROS2Subscriber, f"std_msgs/msg/{ros}") == {"data": ours}
     if ros not in ("Bool", "Char", "String"):  # which have no message of an array
         assert ports(ROS2Subscriber, f"std_msgs/msg/{ros}MultiArray")["data"] == f"{ours}[]"
@@ -91,14 +91,14 @@ def test_an_array_of_messages_is_an_array_of_tokens() -> None:
     assert ports(ROS2Publisher, TF) == {"transforms": "token[]"}
 
 
-def test_a_port_says_what_ros_calls_its_type_and_which_values_are_legal() -> None:
+def test_a_port_has_the_ros_type_as_doc_and_the_bounds_of_the_type() -> None:
     made = grown(ROS2Publisher, names("nav_msgs/msg/Odometry"), DEFINITIONS)
     assert made.ports["inputs:pose:covariance"].doc == "float64[36]"
     made = grown(ROS2Publisher, names(RANGE), DEFINITIONS)
     assert made.ports["inputs:radiation_type"].constraint == "≥ 0 and ≤ 255"
 
 
-def test_ports_of_a_publisher_begin_as_a_message_of_ros_does() -> None:
+def test_the_initial_values_of_a_publishers_ports_are_the_defaults_of_ros() -> None:
     made = grown(ROS2Publisher, names("geometry_msgs/msg/PoseWithCovariance"), DEFINITIONS)
     assert made.ports["inputs:pose:orientation:w"].default == 1.0
     assert made.ports["inputs:covariance"].default.tolist() == [0.0] * 36
@@ -111,24 +111,24 @@ def test_the_same_message_gives_the_same_class() -> None:
 
 
 @pytest.mark.parametrize("missing", ["messagePackage", "messageName"])
-def test_without_a_message_there_are_no_ports(missing: str) -> None:
+def test_without_package_or_name_of_the_message_creating_ports_is_an_error(missing: str) -> None:
     with pytest.raises(ContextError, match="the inputs name no message type") as caught:
         grown(ROS2Publisher, {**names(TWIST), missing: ""}, DEFINITIONS)
     assert caught.value.code == "G208"
 
 
-def test_the_subfolder_may_be_left_out() -> None:
+def test_the_default_subfolder_is_msg() -> None:
     made = grown(ROS2Publisher, {"messagePackage": "std_msgs", "messageName": "String"}, DEFINITIONS)
     assert "inputs:data" in made.ports
 
 
-def test_a_message_that_nobody_knows_makes_no_ports() -> None:
+def test_an_unknown_message_type_is_an_error() -> None:
     with pytest.raises(MessageTypeError, match="no message type 'sensor_msgs/msg/Rang'") as caught:
         grown(ROS2Publisher, names("sensor_msgs/msg/Rang"), DEFINITIONS)
     assert (caught.value.value, caught.value.help) == ("Rang", ("did you mean 'Range'?",))
 
 
-def test_a_field_with_the_name_of_another_port_is_told_apart(tmp_path: Path) -> None:
+def test_a_field_with_the_name_of_another_port_gets_a_prefix(tmp_path: Path) -> None:
     write(tmp_path, {"my_msgs/msg/Plan.msg": "string context\nstring goal\n"})
     definitions = DEFINITIONS.extended([tmp_path])
     made = grown(ROS2Publisher, names("my_msgs/msg/Plan"), definitions)
@@ -137,7 +137,7 @@ def test_a_field_with_the_name_of_another_port_is_told_apart(tmp_path: Path) -> 
     assert "outputs:context" in grown(ROS2Subscriber, names("my_msgs/msg/Plan"), definitions).ports
 
 
-def test_a_message_with_very_many_fields_makes_no_ports(tmp_path: Path) -> None:
+def test_a_message_with_too_many_fields_is_an_error(tmp_path: Path) -> None:
     write(tmp_path, {"my_msgs/msg/Long.msg": "".join(f"int32 field{number}\n" for number in range(MAX_PORTS + 1))})
     with pytest.raises(MessageTypeError, match=f"more than {MAX_PORTS} fields"):
         grown(ROS2Publisher, names("my_msgs/msg/Long"), DEFINITIONS.extended([tmp_path]))
@@ -163,7 +163,7 @@ def echo(message_type: str, data: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("message_type", TYPES)
-def test_every_message_comes_out_as_it_went_in(message_type: str) -> None:
+def test_every_message_type_passes_through_the_ports_unchanged(message_type: str) -> None:
     draw = np.random.default_rng(3)
     data = messages.encode(random_message(message_type, draw))
     assert echo(message_type, data) == data
@@ -171,7 +171,7 @@ def test_every_message_comes_out_as_it_went_in(message_type: str) -> None:
 
 @settings(max_examples=60)
 @given(st.sampled_from(TYPES), st.integers(0, 2**32))
-def test_any_content_comes_out_as_it_went_in(message_type: str, seed: int) -> None:
+def test_any_content_passes_through_the_ports_unchanged(message_type: str, seed: int) -> None:
     data = messages.encode(random_message(message_type, np.random.default_rng(seed)))
     assert echo(message_type, data) == data
 
@@ -195,7 +195,7 @@ int32 LIMIT=7
 """
 
 
-def test_any_content_of_a_message_of_every_shape_comes_out_as_it_went_in(tmp_path: Path) -> None:
+def test_any_content_of_a_message_with_every_kind_of_field_passes_through_the_ports_unchanged(tmp_path: Path) -> None:
     part = "string[] texts\nsensor_msgs/RegionOfInterest[1] regions\nfloat64 value\n"
     write(tmp_path, {"my_msgs/msg/Odd.msg": ODD, "my_msgs/msg/Part.msg": part})
     definitions, name = DEFINITIONS.extended([tmp_path]), "my_msgs/msg/Odd"
@@ -203,14 +203,14 @@ def test_any_content_of_a_message_of_every_shape_comes_out_as_it_went_in(tmp_pat
     saying: Any = grown(ROS2Publisher, names(name), definitions)()
     for seed in range(40):
         data = messages.encode(random_message(name, np.random.default_rng(seed), definitions), definitions)
-        hearing.layout.write(hearing, messages.decode(data, name, definitions))
+        hearing.message.write(hearing, messages.decode(data, name, definitions))
         for port in (port for port in type(saying).fields if port.startswith("message__")):
             setattr(saying, port, getattr(hearing, port))
-        assert messages.encode(saying.layout.read(saying), definitions) == data
+        assert messages.encode(saying.message.read(saying), definitions) == data
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -0.0, 5e-324, 1.7976931348623157e308])
-def test_odd_numbers_come_out_as_they_went_in_also_within_arrays_of_messages(value: float) -> None:
+def test_nan_and_infinity_pass_through_the_ports_also_within_arrays_of_messages(value: float) -> None:
     vector = messages.Vector3(value, value, value)
     edge = messages.TransformStamped(
         messages.header(0.0, "é\n\"'"), "", messages.Transform(vector, messages.Quaternion(value, 0.0, 0.0, 1.0))
@@ -220,7 +220,7 @@ def test_odd_numbers_come_out_as_they_went_in_also_within_arrays_of_messages(val
         assert echo(message_type, data) == data
 
 
-def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types(context: RecordingContext) -> None:
+def test_messages_of_big_endian_peers_are_output_with_the_types_of_the_ports(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, "std_msgs/msg/Float64MultiArray", context)
     # No dimensions, an offset of 0, and two doubles.
     body = b"".join(number.to_bytes(4, "big") for number in (0, 0, 2, 0)) + np.array([1.0, 2.0], ">f8").tobytes()
@@ -234,7 +234,7 @@ def test_messages_of_big_endian_peers_come_out_in_the_ports_own_types(context: R
 # The publisher
 
 
-def test_what_is_set_is_published_and_the_rest_is_as_ros_makes_it(context: RecordingContext) -> None:
+def test_set_fields_are_published_and_the_others_have_the_defaults_of_ros(context: RecordingContext) -> None:
     node = of(
         ROS2Publisher,
         "geometry_msgs/msg/PoseStamped",
@@ -272,13 +272,15 @@ def test_messages_in_an_array_may_leave_fields_out(context: RecordingContext) ->
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [1.0]}, "covariance has 1 elements, not 36"),
     ],
 )
-def test_what_no_message_can_hold_is_refused_in_setup(message_type: str, inputs: dict[str, Any], fault: str) -> None:
+def test_a_literal_that_does_not_fit_its_field_is_refused_in_setup(
+    message_type: str, inputs: dict[str, Any], fault: str
+) -> None:
     with pytest.raises(ContextError) as caught:
         of(ROS2Publisher, message_type, RecordingContext(), **inputs)
     assert fault in str(caught.value)
 
 
-def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire(context: RecordingContext) -> None:
+def test_a_wired_value_that_does_not_fit_its_field_is_refused(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/UInt8MultiArray", context)
     node.message__data = np.array([1, 2, 1000], np.uint32)
     with pytest.raises(
@@ -291,14 +293,14 @@ def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire(context: 
         node.compute()
 
 
-def test_an_array_need_not_lie_in_one_piece(context: RecordingContext) -> None:
+def test_an_array_need_not_be_contiguous(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/Float64MultiArray", context)
     node.message__data = np.arange(6.0)[::2]
     node.compute()
     assert context.transport.messages("/topic")[0].data.tolist() == [0.0, 2.0, 4.0]
 
 
-def test_a_message_that_nobody_wants_is_not_built() -> None:
+def test_without_subscribers_no_message_is_built() -> None:
     context = RecordingContext(wanted=False)
     node = of(ROS2Publisher, "std_msgs/msg/UInt8", context)
     node.message__data = 1000
@@ -306,7 +308,7 @@ def test_a_message_that_nobody_wants_is_not_built() -> None:
 
 
 @pytest.mark.parametrize("cls", [ROS2Publisher, ROS2Subscriber])
-def test_namespace_and_quality_of_service_are_those_of_the_ports(cls: type[Node], context: RecordingContext) -> None:
+def test_namespace_and_qos_come_from_the_inputs(cls: type[Node], context: RecordingContext) -> None:
     of(cls, TWIST, context, topicName="a/b", nodeNamespace="robot", queueSize=3)
     (claim,) = context.services.claims
     assert (claim.topic, claim.message_type, claim.qos) == ("/robot/a/b", TWIST, QoS(depth=3))
@@ -342,19 +344,19 @@ def test_each_message_of_a_tick_fires_oldest_first(context: RecordingContext) ->
     assert node.message__linear__x == 3.0
 
 
-def test_the_newest_alone_fires_where_that_is_asked_for(context: RecordingContext) -> None:
+def test_with_delivery_newest_only_the_newest_message_fires(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context, delivery="newest")
     assert hear(context, node, 1.0, 2.0, 3.0) == [3.0]
     assert node.subscription.skipped == 2
     assert hear(context, node) == []
 
 
-def test_of_more_messages_than_the_queue_holds_the_oldest_are_lost(context: RecordingContext) -> None:
+def test_if_the_queue_is_full_the_oldest_messages_are_lost(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, TWIST, context, queueSize=2)
     assert hear(context, node, 1.0, 2.0, 3.0) == [2.0, 3.0]
 
 
-def test_a_stop_sets_the_outputs_back(context: RecordingContext) -> None:
+def test_a_stop_resets_the_outputs(context: RecordingContext) -> None:
     node = of(ROS2Subscriber, "geometry_msgs/msg/Quaternion", context)
     context.transport.inject("/topic", messages.Quaternion(1.0, 0.0, 0.0, 0.5))
     context.tick()
@@ -379,7 +381,7 @@ ECHO = """
     """
 
 
-def test_in_a_graph_each_message_runs_what_hangs_on_it(play: Player) -> None:
+def test_in_a_graph_each_message_executes_the_nodes_downstream(play: Player) -> None:
     playing = play.graph(ECHO)
     for number in (1.0, 2.0):
         playing.transport.inject("/heard", twist(number, -number))
@@ -390,7 +392,7 @@ def test_in_a_graph_each_message_runs_what_hangs_on_it(play: Player) -> None:
     ]
 
 
-def test_in_a_graph_a_users_own_message_is_heard_and_said(play: Player, tmp_path: Path) -> None:
+def test_in_a_graph_messages_of_a_users_type_are_received_and_published(play: Player, tmp_path: Path) -> None:
     tag, part = "string from\nPart[] parts\n", "float32[2] size\n"
     write(tmp_path, {"my_msgs/msg/Tag.msg": tag, "my_msgs/msg/Part.msg": part})
     text = """
@@ -429,7 +431,7 @@ connections: [{wires}]
 """
 
 
-def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_path: Path) -> None:
+def test_in_a_graph_an_array_that_does_not_fit_its_field_is_reported_at_its_position(tmp_path: Path) -> None:
     inputs = "messagePackage: geometry_msgs\n      messageName: PoseWithCovariance\n      covariance: [1.0, 2.0]"
     (finding,) = checked(tmp_path, SAY.format(inputs=f"\n      {inputs}", wires="Tick.tick -> Say.execIn")).items
     assert (finding.code, finding.message) == ("G307", "Say: covariance has 2 elements, not 36")
@@ -452,7 +454,9 @@ def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_p
         ({"linear:y": "fast"}, "G211", "Say.linear:y is a double: expected a number, got 'fast'"),
     ],
 )
-def test_in_a_graph_one_mistake_is_one_finding(tmp_path: Path, inputs: dict[str, Any], code: str, message: str) -> None:
+def test_in_a_graph_one_mistake_gives_one_finding(
+    tmp_path: Path, inputs: dict[str, Any], code: str, message: str
+) -> None:
     given = {"messagePackage": "geometry_msgs", "messageName": "Twist", **inputs}
     text = SAY.format(inputs=json.dumps(given), wires="Tick.tick -> Say.execIn, Tick.time -> Say.linear:x")
     (finding,) = checked(tmp_path, text).items

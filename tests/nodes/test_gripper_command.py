@@ -91,7 +91,7 @@ def test_a_goal_is_reached_and_others_may_then_command_the_finger() -> None:
     assert (hand.commands[1], hand.commands[-1]) == (0.03, None)
 
 
-def test_a_finger_that_rests_on_an_object_is_stalled() -> None:
+def test_a_finger_that_rests_on_an_object_ends_the_goal_as_stalled() -> None:
     hand, lenient = Hand(stall_timeout=0.5), Hand(stall_timeout=0.5, allow_stalling=True)
     for one in (hand, lenient):
         one.blocked_at = 0.02
@@ -104,7 +104,7 @@ def test_a_finger_that_rests_on_an_object_is_stalled() -> None:
     assert lenient.peer.results[-1].result.position == 0.02
 
 
-def test_the_effort_of_a_goal_bounds_what_the_drive_exerts_also_after_it() -> None:
+def test_the_effort_of_a_goal_limits_the_drive_during_and_after_the_goal() -> None:
     hand = Hand(stall_timeout=0.1, allow_stalling=True)
     hand.blocked_at = 0.02
     hand.grip(0.04, effort=5.0)
@@ -117,7 +117,7 @@ def test_the_effort_of_a_goal_bounds_what_the_drive_exerts_also_after_it() -> No
     assert hand.robot.efforts()[0] == pytest.approx(5.0)
 
 
-def test_a_goal_without_an_effort_has_that_of_the_node() -> None:
+def test_a_goal_without_an_effort_has_the_maximum_effort_of_the_node() -> None:
     hand = Hand(max_effort=2.0)
     hand.blocked_at = 0.0
     hand.grip(0.04)
@@ -136,7 +136,7 @@ def test_a_cancelled_goal_holds_the_finger() -> None:
     assert hand.commands[-1] is None
 
 
-def test_a_new_goal_aborts_the_present_one() -> None:
+def test_a_new_goal_aborts_the_current_goal() -> None:
     hand = Hand()
     hand.blocked_at = 0.01
     hand.grip(0.04)
@@ -155,7 +155,7 @@ def test_a_parallel_gripper_moves_at_the_velocity_of_its_goal() -> None:
     assert (state.name, state.position.tolist()) == (["finger"], pytest.approx([0.03], abs=0.002))
 
 
-def test_a_goal_beyond_the_range_delays_the_next_goal_no_longer_than_the_way_to_the_limit() -> None:
+def test_the_set_point_of_a_goal_beyond_the_range_restarts_at_the_limit() -> None:
     hand = Hand(PARALLEL)
     hand.robot.target_ranges = ((0.0, 0.04), (-math.inf, math.inf))
     hand.blocked_at = 0.04
@@ -181,7 +181,7 @@ def test_a_held_finger_that_rests_on_its_limit_is_commanded_to_the_limit() -> No
     [joint_state([]), joint_state([0.0, 0.1]), joint_state([math.nan]), joint_state([0.0], name=["other"])],
     ids=["none", "two", "nan", "other"],
 )
-def test_a_goal_that_is_none_is_rejected(command: Any) -> None:
+def test_an_invalid_goal_is_rejected(command: Any) -> None:
     hand = Hand(PARALLEL)
     hand.send(command)
     assert (hand.peer.accepted, hand.commands[-1]) == ([False], None)
@@ -207,10 +207,10 @@ def test_a_finger_stops_when_the_node_is_set_up_again() -> None:
     assert [result.status for result in hand.peer.results] == [goals.ABORTED]
 
 
-def test_a_follower_cannot_be_the_joint() -> None:
+def test_a_mimic_joint_is_refused() -> None:
     with pytest.raises(ContextError, match="jointName is the mimic joint 'other', which follows 'finger'"):
         ready(ROS2GripperCommand, surroundings(), target_prim="/hand", joint_name="other")
 
 
-def test_the_class_is_sound() -> None:
+def test_check_node_accepts_the_gripper_controller() -> None:
     check_node(ROS2GripperCommand, surroundings, target_prim="/hand", joint_name="finger")

@@ -44,7 +44,7 @@ def fire(node: Any, *pins: str) -> None:
         (["close_in", "open_in", "toggle"], "Closed", "Closed"),
     ],
 )
-def test_close_counts_before_open_and_that_before_toggle(
+def test_close_takes_precedence_over_open_and_open_over_toggle(
     context: RecordingContext, pins: list[str], was_open: GripperStatus, was_closed: GripperStatus
 ) -> None:
     gripper = cup(context)
@@ -64,14 +64,14 @@ def test_a_toggle_opens_a_gripper_that_is_closing(context: RecordingContext) -> 
     assert str(gripper.status) == "Open"
 
 
-def test_while_it_is_not_enabled_nothing_happens(context: RecordingContext) -> None:
+def test_a_disabled_gripper_node_does_nothing(context: RecordingContext) -> None:
     gripper = cup(context)
     node = ready(SurfaceGripper, context, surface_gripper=CUP, enabled=False)
     fire(node, "close_in")
     assert gripper.status == "Open"
 
 
-def test_what_is_no_gripper_is_refused(context: RecordingContext) -> None:
+def test_a_prim_that_is_not_a_gripper_is_refused(context: RecordingContext) -> None:
     cup(context)
     with pytest.raises(PrimError, match="'/robot' is a robot, not a surface gripper\nbelow it: /robot/Cup"):
         ready(SurfaceGripper, context, surface_gripper="/robot")
@@ -205,7 +205,7 @@ def test_fingers_open_and_close_between_their_limits_by_their_speed_per_executio
     assert positions(node) == near([0.01, 0.01], [0.0, 0.0])
 
 
-def test_positions_that_are_given_count_one_for_all_joints_or_one_each(context: RecordingContext) -> None:
+def test_given_positions_are_one_for_all_joints_or_one_per_joint(context: RecordingContext) -> None:
     hand(context, [0.0, 0.0])
     node = controller(context, open_position=[0.02], close_position=[0.01, 0.005])
     fire(node, "open_in")
@@ -221,7 +221,7 @@ def test_a_gripper_whose_joints_open_downwards_opens_downwards(context: Recordin
     assert positions(node) == near([0.0, 0.01])
 
 
-def test_a_stop_commands_where_the_fingers_are(context: RecordingContext) -> None:
+def test_stop_commands_the_measured_positions(context: RecordingContext) -> None:
     stub = hand(context, [0.0, 0.0])
     node = controller(context)
     fire(node, "open_in")
@@ -255,7 +255,9 @@ def test_after_a_session_stops_the_gripper_stands_still(context: RecordingContex
         ({"joint_names_in": []}, "jointNames must be the names of the fingers' joints"),
     ],
 )
-def test_values_that_it_cannot_use_are_named(context: RecordingContext, inputs: dict[str, Any], message: str) -> None:
+def test_the_error_of_an_unusable_value_names_the_input(
+    context: RecordingContext, inputs: dict[str, Any], message: str
+) -> None:
     hand(context, [0.0, 0.0])
     node = ready(IsaacGripperController, context, **{**FINGERS, "gripper_speed": [0.01], **inputs})
     with pytest.raises(BadValueError, match=message):
@@ -277,7 +279,7 @@ OTHER = "  Arm: {type: ArticulationController, inputs: {targetPrim: /hand, joint
 
 
 @pytest.mark.parametrize("is_wired", [False, True])
-def test_it_commands_the_joints_unless_another_node_gets_the_commands(play: Player, is_wired: bool) -> None:
+def test_the_node_commands_the_joints_unless_position_commands_is_wired(play: Player, is_wired: bool) -> None:
     world = RecordingWorld()
     stub = hand(world, [0.0, 0.0])
     wires = ", Hand.positionCommands -> Arm.positionCommand" if is_wired else ""

@@ -71,7 +71,9 @@ def test_contributions_of_the_wheels_add_up_to_the_twist(base: Base, twist: tupl
 
 
 @given(twist=twists, share=st.floats(-2.0, 2.0))
-def test_no_other_speeds_with_the_same_sum_are_less(twist: tuple[float, float, float], share: float) -> None:
+def test_no_other_wheel_speeds_for_the_twist_have_a_smaller_weighted_sum_of_squares(
+    twist: tuple[float, float, float], share: float
+) -> None:
     command = wheels(MECANUM.controller(twist))
     without_effect = np.linalg.svd(MECANUM.contributions())[2][3]
     np.testing.assert_allclose(MECANUM.contributions() @ without_effect, 0.0, atol=1e-12)
@@ -89,7 +91,7 @@ def test_rolling_wheels_do_not_slip_along_their_rollers_axis(base: Base, twist: 
     np.testing.assert_allclose(np.sum(touching * base.rollers, axis=1), 0.0, atol=1e-9)
 
 
-def test_rolling_mecanum_wheels_all_turn_alike_ahead_and_crosswise_sideways() -> None:
+def test_rolling_mecanum_wheels_turn_equally_for_forward_and_crosswise_for_sideways_motion() -> None:
     ahead = wheels(MECANUM.controller((1.0, 0.0, 0.0), rolling=True))
     sideways = wheels(MECANUM.controller((0.0, 1.0, 0.0), rolling=True))
     turning = wheels(MECANUM.controller((0.0, 0.0, 1.0), rolling=True))
@@ -98,31 +100,31 @@ def test_rolling_mecanum_wheels_all_turn_alike_ahead_and_crosswise_sideways() ->
     np.testing.assert_allclose(turning, [-7.0, 7.0, -7.0, 7.0])  # (0.2 + 0.15) / 0.05
 
 
-def test_without_a_twist_the_wheels_are_told_to_stand_still() -> None:
+def test_without_a_twist_the_wheel_speeds_are_0() -> None:
     assert wheels(MECANUM.controller()).tolist() == [0.0, 0.0, 0.0, 0.0]
 
 
-def test_gains_come_before_limits_and_directions_are_kept() -> None:
+def test_gains_apply_before_limits_and_limits_keep_the_direction() -> None:
     node = MECANUM.controller((0.3, 0.4, -2.0), linear_gain=4.0, angular_gain=0.5)
     np.testing.assert_allclose(MECANUM.contributions() @ wheels(node), [1.2, 1.6, -1.0], atol=1e-9)
     node.max_linear_speed, node.max_angular_speed = 1.0, 0.25
     np.testing.assert_allclose(MECANUM.contributions() @ wheels(node), [0.6, 0.8, -0.25], atol=1e-9)
 
 
-def test_where_one_wheel_would_be_too_fast_all_are_slowed_alike() -> None:
+def test_if_one_wheel_exceeds_its_limit_all_wheels_are_scaled_down() -> None:
     free = wheels(MECANUM.controller((1.0, 0.5, 2.0)))
     held = wheels(MECANUM.controller((1.0, 0.5, 2.0), max_wheel_speed=3.0))
     assert np.abs(held).max() == pytest.approx(3.0)
     np.testing.assert_allclose(held / free, 3.0 / np.abs(free).max())
 
 
-def test_a_limit_of_0_is_none() -> None:
+def test_a_limit_of_0_means_no_limit() -> None:
     limits = {"max_linear_speed": 0.0, "max_angular_speed": 0.0, "max_wheel_speed": 0.0}
     fast, slow = MECANUM.controller((1e7, 0.0, 1e7), **limits), MECANUM.controller((1.0, 0.0, 1.0))
     np.testing.assert_allclose(wheels(fast), 1e7 * wheels(slow))
 
 
-def test_one_radius_and_one_angle_serve_all_wheels() -> None:
+def test_one_radius_and_one_angle_apply_to_all_wheels() -> None:
     node = OMNI.controller((1.0, 2.0, 3.0))
     node.wheel_radius, node.mecanum_angles = np.array([0.04]), np.array([90.0])
     same = OMNI.controller((1.0, 2.0, 3.0))
@@ -192,7 +194,7 @@ def test_after_a_stop_there_is_no_command_until_the_next_compute() -> None:
         ({"up_axis": (0.0, 0.0, math.nan)}, "upAxis must be finite"),
     ],
 )
-def test_a_geometry_that_cannot_be_is_refused(inputs: dict[str, Any], complaint: str) -> None:
+def test_an_impossible_geometry_is_refused(inputs: dict[str, Any], complaint: str) -> None:
     node = OMNI.controller((1.0, 0.0, 0.0))
     changed = fed(HolonomicController, **{**{name: getattr(node, name) for name in ARRAYS}, **inputs})
     with pytest.raises(ValueError, match=complaint):

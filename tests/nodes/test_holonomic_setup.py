@@ -68,7 +68,7 @@ def test_the_orientation_of_a_wheel_turns_the_wheel_axis_to_its_axle(axle: Vecto
     np.testing.assert_allclose(rotate((i, j, k, w), node.wheel_axis), (x, y, z), atol=1e-7)
 
 
-def test_an_axle_to_the_right_is_one_to_the_left_turned_about_the_vertical() -> None:
+def test_an_axle_to_the_right_is_a_left_axle_turned_by_half_a_turn_about_z() -> None:
     node = read(wheel(axle=(0.0, -1.0, 0.0)), robot_prim="/bot")
     np.testing.assert_allclose(np.abs(node.wheel_orientations), [(0, 0, 0, 1)], atol=1e-9)
 
@@ -81,12 +81,12 @@ def test_an_axle_to_the_right_is_one_to_the_left_turned_about_the_vertical() -> 
         ({"robot_prim": "/bot"}, "no wheel of /bot has rollers"),
     ],
 )
-def test_without_a_robot_or_without_rollers_it_is_refused(inputs: dict[str, Any], message: str) -> None:
+def test_a_missing_robot_and_wheels_without_rollers_are_errors(inputs: dict[str, Any], message: str) -> None:
     with pytest.raises(ContextError, match=message):
         read(**inputs)
 
 
-def test_a_prim_that_stands_for_no_robot_is_refused() -> None:
+def test_a_prim_that_does_not_identify_a_robot_is_refused() -> None:
     context = RecordingContext()
     context.world.add_body("/box")
     with pytest.raises(PrimError, match="is not the root prim, base link or articulation root of a robot"):

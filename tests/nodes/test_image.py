@@ -33,7 +33,7 @@ def image_of(**inputs: Any) -> messages.Image:
 
 
 @every_encoding
-def test_a_row_has_as_many_bytes_as_its_pixels(encoding: str) -> None:
+def test_the_step_of_an_image_is_the_number_of_bytes_of_a_row(encoding: str) -> None:
     data = pixels(5 * 3 * ENCODINGS[encoding])
     picture = image_of(width=5, height=3, encoding=encoding, data=data)
     messages.check(picture)
@@ -51,14 +51,14 @@ def test_pixels_may_come_as_a_buffer(buffer: Any) -> None:
     assert bytes(picture.data) == bytes(range(24))
 
 
-def test_a_buffer_of_numbers_is_taken_by_its_bytes() -> None:
+def test_the_bytes_of_a_buffer_of_numbers_are_published() -> None:
     depth = np.array([[1.0, np.inf], [0.5, 2.0]], np.float32)
     picture = image_of(width=2, height=2, encoding="32FC1", data_ptr=depth)
     assert np.frombuffer(bytes(picture.data), "<f4").tolist() == [1.0, np.inf, 0.5, 2.0]
 
 
 @pytest.mark.parametrize("port", ["data", "data_ptr"])
-def test_bytes_need_not_lie_in_one_piece(port: str) -> None:
+def test_a_buffer_need_not_be_contiguous(port: str) -> None:
     cls: Any = ROS2PublishImage
     node = ready(cls, RecordingContext(), width=2, height=2)
     setattr(node, port, pixels(24)[::2])
@@ -70,7 +70,7 @@ def test_pixels_are_not_copied_into_the_message() -> None:
     assert np.shares_memory(image_of(width=2, height=2, data_ptr=data).data, data)
 
 
-def test_of_an_array_and_a_buffer_the_array_counts() -> None:
+def test_an_array_takes_precedence_over_a_buffer() -> None:
     picture = image_of(width=1, height=1, data=[1, 2, 3], data_ptr=b"abc")
     assert bytes(picture.data) == b"\x01\x02\x03"
 
@@ -85,13 +85,13 @@ def test_a_number_of_bytes_that_does_not_fit_the_size_is_an_error(encoding: str,
         image_of(width=4, height=3, encoding=encoding, data=pixels(count + difference))
 
 
-def test_an_encoding_that_there_is_not_is_refused() -> None:
+def test_an_unknown_encoding_is_refused() -> None:
     with pytest.raises(ValueError, match="one of rgb8, rgba8, 32FC1, 32SC1"):
         image_of(encoding="bgr8")
 
 
 @pytest.mark.parametrize("address", [140_000, "pixels", 1.5, True])
-def test_an_address_cannot_be_written_down(address: Any) -> None:
+def test_a_pointer_literal_other_than_0_is_refused(address: Any) -> None:
     with pytest.raises(TypeError, match="only a wire can provide a buffer"):
         image_of(data_ptr=address)
 

@@ -51,7 +51,7 @@ def test_alpha_is_dropped(context: RecordingContext, buffer: Any) -> None:
     assert bytes(sent.data) == bytes(np.ravel(RGB).tolist())
 
 
-def test_the_buffer_of_one_execution_stays_as_it_is_in_the_next(context: RecordingContext) -> None:
+def test_an_output_buffer_is_not_overwritten_by_the_next_execution(context: RecordingContext) -> None:
     node = ready(IsaacConvertRGBAToRGB, context, data_ptr=RGBA, width=3, height=2)
     node.compute()
     first = node.data_ptr_out
@@ -81,7 +81,7 @@ def test_an_image_that_does_not_fit_is_refused_and_changes_no_output(
     assert (node.data_ptr_out, node.width_out, node.encoding_out) == (0, 0, "")
 
 
-def test_a_picture_of_a_camera_is_delivered_once_and_asked_for_when_it_is_due(
+def test_an_image_of_a_camera_is_requested_when_due_and_output_once(
     context: RecordingContext, camera: CameraStub
 ) -> None:
     node = ready(IsaacConvertRGBAToRGB, context, render_product_path=CAMERA)
@@ -93,7 +93,7 @@ def test_a_picture_of_a_camera_is_delivered_once_and_asked_for_when_it_is_due(
     assert array(node.data_ptr_out, "u1", 2, 3, 3).tolist() == RGB
 
 
-def test_what_is_no_camera_is_refused(context: RecordingContext, camera: CameraStub) -> None:
+def test_a_prim_that_is_not_a_camera_is_refused(context: RecordingContext, camera: CameraStub) -> None:
     with pytest.raises(PrimError, match="not a camera"):
         ready(IsaacConvertRGBAToRGB, context, render_product_path="/robot")
 

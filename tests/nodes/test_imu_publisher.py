@@ -24,7 +24,7 @@ def reading(**inputs: Any) -> messages.Imu:
     return ready(ROS2PublishImu, RecordingContext(), **measured, **inputs).message()
 
 
-def test_a_reading_is_sent_as_it_is_with_covariances_of_zero() -> None:
+def test_a_reading_is_published_unchanged_with_covariances_of_zero() -> None:
     imu = reading(frame_id="imu_link", time_stamp=2.5)
     messages.check(imu)
     assert (quaternion(imu.orientation), vector(imu.linear_acceleration), vector(imu.angular_velocity)) == (
@@ -37,7 +37,7 @@ def test_a_reading_is_sent_as_it_is_with_covariances_of_zero() -> None:
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_a_part_that_is_not_published_is_zero_and_its_covariance_says_so(part: str) -> None:
+def test_an_unpublished_quantity_is_zero_with_a_covariance_of_minus_1(part: str) -> None:
     imu = reading(**{f"publish_{part}": False})
     messages.check(imu)
     left_out = getattr(imu, part)
@@ -49,7 +49,7 @@ def test_a_part_that_is_not_published_is_zero_and_its_covariance_says_so(part: s
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_a_covariance_is_published_as_it_is_given_unless_its_part_is_left_out(part: str) -> None:
+def test_a_given_covariance_is_published_unless_its_quantity_is_left_out(part: str) -> None:
     given = {f"{part}_covariance": np.arange(1.0, 10.0)}
     assert getattr(reading(**given), f"{part}_covariance").tolist() == list(range(1, 10))
     left_out = getattr(reading(**given, **{f"publish_{part}": False}), f"{part}_covariance")
@@ -58,13 +58,13 @@ def test_a_covariance_is_published_as_it_is_given_unless_its_part_is_left_out(pa
         reading(**{f"{part}_covariance": np.zeros(36)})
 
 
-def test_without_a_reading_it_is_upright_and_at_rest() -> None:
+def test_the_default_reading_is_upright_and_at_rest() -> None:
     imu = ready(ROS2PublishImu, RecordingContext()).message()
     assert quaternion(imu.orientation) == (0.0, 0.0, 0.0, 1.0)
     assert vector(imu.linear_acceleration) == vector(imu.angular_velocity) == (0.0, 0.0, 0.0)
 
 
-def test_the_shipped_graph_publishes_each_sample_once_with_its_stamp_and_the_units_place(play: Player) -> None:
+def test_the_shipped_graph_publishes_each_sample_once_with_its_stamp_and_frame(play: Player) -> None:
     world = dd100()
     imu = world.add_device(ImuStub, "/dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Imu_Sensor")
     imu.measured = ImuSample(0.25, 7, (1.0, 2.0, 3.0), (0.0, 0.0, 9.81), (4.0, 5.0, 6.0), TURN)

@@ -38,14 +38,14 @@ def test_the_index_names_every_type_of_the_library() -> None:
     assert FILE.read_text("utf-8") == index(), "write it with `python -m tests.nodes.test_index`"
 
 
-def test_lints_stand_in_modules_with_node_types_by_which_they_are_imported() -> None:
+def test_lints_are_in_modules_with_node_types_because_node_types_import_them() -> None:
     listed = json.loads(index())
     modules = {function.__module__.removeprefix(f"{nodes.__name__}.") for found in LINTS.values() for function in found}
     assert modules
     assert modules <= set(listed)
 
 
-def test_a_check_imports_the_modules_of_the_types_that_a_graph_names_and_no_message_classes() -> None:
+def test_a_check_imports_only_the_modules_of_the_graphs_types_and_no_message_classes() -> None:
     program = """
 import contextlib, sys
 from graphengine.cli import main

@@ -18,7 +18,7 @@ for family in sorted((HERE / "isaac").glob("*.py")):
     importlib.import_module(f"tests.nodes.isaac.{family.stem}")  # which registers its cases
 
 
-def test_every_case_either_runs_or_differs() -> None:
+def test_every_case_is_either_supported_or_listed_as_different() -> None:
     assert set(RUN) | set(OURS) == set(CASES)
     assert set(RUN) & set(OURS) == set()
 
@@ -29,7 +29,7 @@ def test_every_case_that_differs_has_a_value_and_a_reason() -> None:
 
 
 @pytest.mark.parametrize("name", RUN)
-def test_a_case_that_runs(play: Player, name: str) -> None:
+def test_a_supported_case_has_isaac_sims_values(play: Player, name: str) -> None:
     RUN[name](CASES[name], play)
 
 
@@ -43,6 +43,6 @@ def near(value: Any, expected: Any) -> bool:
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_a_case_that_differs_has_our_value(play: Player, name: str) -> None:
+def test_a_case_listed_as_different_has_the_listed_value(play: Player, name: str) -> None:
     value = OURS[name](CASES[name], play)
     assert near(value, DIFFERS[name]["our_value"]), value

@@ -49,7 +49,9 @@ def test_a_spline_is_continuous(spline: JointSpline) -> None:
 
 
 @given(splines())
-def test_velocities_are_those_of_the_points_where_both_ends_of_a_segment_give_them(spline: JointSpline) -> None:
+def test_velocities_at_points_are_those_of_the_trajectory_if_both_ends_of_a_segment_have_them(
+    spline: JointSpline,
+) -> None:
     for before, after in itertools.pairwise(spline.points):
         if before.velocities is None or after.velocities is None:
             continue
@@ -75,7 +77,7 @@ def test_velocities_are_the_slope_of_positions(spline: JointSpline, share: float
 
 
 @given(DEGREES, st.lists(NUMBERS, min_size=6, max_size=6), st.floats(0.1, 2.0), st.floats(0.0, 1.0))
-def test_a_motion_of_the_degree_that_points_determine_is_reproduced(
+def test_a_polynomial_motion_of_the_splines_degree_is_reproduced(
     degree: int, coefficients: list[float], duration: float, share: float
 ) -> None:
     motion = coefficients[: degree + 1]

@@ -52,32 +52,32 @@ def refusal(message: Any, *, partial: bool = False) -> tuple[int, str]:
 TO = (0.3, 0.2, 0.1)
 
 
-def test_a_trajectory_begins_at_the_set_point_now_and_names_joints_in_any_order() -> None:
+def test_a_trajectory_starts_at_the_current_set_point_with_joints_in_any_order() -> None:
     spline = read(trajectory(("slide", "pan", "lift"), point(2.0, (0.1, 0.3, 0.2))), start(0.0, 0.1, 0.0))
     assert spline.sample(NOW)[0].tolist() == [0.0, 0.1, 0.0]
     assert spline.sample(NOW + 1.0)[0] == pytest.approx([0.15, 0.15, 0.05])
     assert (spline.sample(NOW + 2.0)[0].tolist(), spline.end) == (list(TO), NOW + 2.0)
 
 
-def test_the_set_point_s_velocity_is_carried_on_where_points_have_velocities() -> None:
+def test_the_spline_starts_with_the_set_points_velocity_if_points_have_velocities() -> None:
     spline = read(trajectory(NAMES, point(2.0, TO, (0.0, 0.0, 0.0))), start(speed=0.4))
     assert spline.sample(NOW)[1] == pytest.approx([0.4] * 3)
 
 
-def test_a_stamp_in_the_future_is_when_the_time_of_points_begins() -> None:
+def test_times_of_points_count_from_a_stamp_in_the_future() -> None:
     spline = read(trajectory(NAMES, point(1.0, TO), stamp=NOW + 3.0))
     assert spline.end == NOW + 4.0
     assert spline.sample(NOW + 2.0)[0] == pytest.approx(np.array(TO) / 2)  # on the way from now on
 
 
-def test_points_whose_time_has_passed_are_left_out() -> None:
+def test_points_in_the_past_are_skipped() -> None:
     message = trajectory(NAMES, point(1.0, (9.0, 1.0, 0.3)), point(3.0, TO), stamp=NOW - 2.0)
     spline = read(message)
     assert [len(spline.points), spline.end] == [2, NOW + 1.0]
     assert spline.sample(NOW)[0].tolist() == [0.0, 0.0, 0.0]
 
 
-def test_a_last_point_that_is_due_is_reached_at_once() -> None:
+def test_a_last_point_that_is_due_is_commanded_at_once() -> None:
     assert read(trajectory(NAMES, point(0.0, TO))).sample(NOW)[0].tolist() == list(TO)
 
 
@@ -87,12 +87,12 @@ def test_a_first_point_at_time_zero_is_replaced_by_the_set_point() -> None:
     assert len(spline.points) == 2
 
 
-def test_joints_that_a_partial_trajectory_leaves_out_keep_their_set_points() -> None:
+def test_joints_missing_in_a_partial_trajectory_keep_their_set_points() -> None:
     spline = read(trajectory(("lift",), point(1.0, (0.5,), (0.0,))), start(1.0, 0.0, 0.2), partial=True)
     assert spline.sample(NOW + 1.0)[0].tolist() == [1.0, 0.5, 0.2]
 
 
-def test_a_continuous_joint_takes_the_shorter_way_and_the_others_do_not_turn() -> None:
+def test_continuous_joints_take_the_shorter_way_and_other_joints_are_not_shifted() -> None:
     spline = read(trajectory(NAMES, point(1.0, TO), point(2.0, (1.3, 0.0, 0.0))), start(4 * math.tau, 0.0, 0.0))
     assert spline.sample(NOW + 1.0)[0] == pytest.approx([4 * math.tau + 0.3, 0.2, 0.1])
     assert spline.sample(NOW + 2.0)[0] == pytest.approx([4 * math.tau + 1.3, 0.0, 0.0])
@@ -127,14 +127,14 @@ NAN = math.nan
         (trajectory(NAMES, *[point(1, TO)] * 100_001), codes.INVALID_GOAL, "100001 points are too many"),
     ],
 )
-def test_what_joints_cannot_follow_is_refused_with_the_action_s_code_and_a_reason(
+def test_an_invalid_trajectory_is_refused_with_the_error_code_of_the_action_and_a_reason(
     message: Any, code: int, reason: str
 ) -> None:
     assert refusal(message)[0] == code
     assert reason in refusal(message)[1]
 
 
-def test_a_partial_trajectory_names_a_joint() -> None:
+def test_a_partial_trajectory_without_joints_is_refused() -> None:
     assert refusal(trajectory((), point(1)), partial=True) == (codes.INVALID_JOINTS, "the trajectory names no joints")
 
 
@@ -142,7 +142,7 @@ def test_a_point_slightly_beyond_a_limit_is_legal_because_joints_rest_there() ->
     assert read(trajectory(NAMES, point(1.0, (0.0, 2.0005, 0.0)))).end == NOW + 1.0
 
 
-def test_a_trajectory_that_is_faster_than_a_joint_is_found() -> None:
+def test_a_trajectory_beyond_a_velocity_limit_gives_a_warning() -> None:
     slow = read(trajectory(NAMES, point(1.0, (0.9, 1.9, 0.4))))
     fast = read(trajectory(NAMES, point(1.0, (1.5, 1.9, 0.4))))
     assert excess_speed(slow, joints()) == ""
@@ -150,7 +150,7 @@ def test_a_trajectory_that_is_faster_than_a_joint_is_found() -> None:
 
 
 @pytest.mark.parametrize("chosen", [("pan", "pan"), ("finger",)])
-def test_a_controller_has_each_joint_once_and_no_follower(chosen: tuple[str, ...]) -> None:
+def test_a_controller_refuses_repeated_and_mimic_joints(chosen: tuple[str, ...]) -> None:
     with pytest.raises(ContextError):
         joints(*chosen)
 
@@ -164,7 +164,7 @@ def violation(tolerances: Tolerances, *errors: float, speed: float = 0.0) -> str
     return tolerances.goal.violation(joints(), np.array(errors), np.full(3, speed))
 
 
-def test_one_tolerance_is_for_all_joints_and_zero_is_none() -> None:
+def test_one_tolerance_applies_to_all_joints_and_zero_means_no_limit() -> None:
     assert DEFAULTS.path.violation(joints(), np.array([0.0, -0.11, 0.0]), np.full(3, 9.0)) == (
         "joint lift: position error 0.11 rad, tolerance 0.1 rad"
     )
@@ -197,7 +197,7 @@ def test_a_goal_sets_keeps_and_removes_tolerances() -> None:
         ({"goal_time_tolerance": duration(-3.0)}, "goal_time_tolerance cannot be -3"),
     ],
 )
-def test_a_tolerance_that_means_nothing_is_refused(fields: dict[str, Any], reason: str) -> None:
+def test_an_invalid_tolerance_is_refused(fields: dict[str, Any], reason: str) -> None:
     with pytest.raises(TrajectoryError) as error:
         DEFAULTS.of_goal(goal(None, **fields), joints())
     assert error.value.code == codes.INVALID_GOAL

@@ -70,7 +70,7 @@ every_selection = pytest.mark.parametrize("cls", [IsaacArticulationController, I
         pytest.param({"joint_indices": [0, 1]}, ("shoulder", "elbow"), id="by index 0 and others"),
     ],
 )
-def test_joints_are_selected(
+def test_joints_are_selected_by_name_or_index(
     cls: type[SelectedJointsNode], inputs: dict[str, Any], selected: tuple[str, ...], context: RecordingContext
 ) -> None:
     arm(context)
@@ -93,7 +93,7 @@ def test_the_selection_may_change_in_every_tick(cls: type[SelectedJointsNode], c
 
 @every_selection
 @pytest.mark.parametrize("selection", [{"joint_names": ["elbo"]}, {"joint_indices": [4]}, {"joint_indices": [-1]}])
-def test_a_joint_that_is_not_there_is_refused_in_setup(
+def test_an_unknown_joint_is_refused_in_setup(
     cls: type[SelectedJointsNode], selection: dict[str, Any], context: RecordingContext
 ) -> None:
     arm(context)
@@ -103,7 +103,7 @@ def test_a_joint_that_is_not_there_is_refused_in_setup(
 
 
 @pytest.mark.parametrize("node", ["ArticulationController", "ArticulationState", "JointNameResolver"])
-def test_in_a_graph_a_wire_that_brings_no_robot_ends_the_branch_and_not_the_run(node: str, play: Player) -> None:
+def test_in_a_graph_a_wired_path_without_a_robot_ends_the_branch_and_not_the_run(node: str, play: Player) -> None:
     playing = play.graph(
         f"""
         nodes:
@@ -126,7 +126,7 @@ def test_in_a_graph_a_wire_that_brings_no_robot_ends_the_branch_and_not_the_run(
 # IsaacArticulationController
 
 
-def test_without_commands_nothing_is_commanded() -> None:
+def test_without_commands_no_target_changes() -> None:
     robot = controlled()
     assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
@@ -143,14 +143,14 @@ def test_the_selected_joints_are_commanded_and_no_others() -> None:
     assert same(robot.targets["velocity"], [1.0, NAN, 3.0, NAN])
 
 
-def test_nan_leaves_a_joint_as_it_is() -> None:
+def test_nan_keeps_the_target_of_a_joint() -> None:
     robot = controlled(joint_indices=[1, 2, 3], position_command=[0.1, NAN, 0.3])
     assert same(robot.targets["position"], [NAN, 0.1, NAN, 0.3])
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("width", [1, 3, 5])
-def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_applied(kind: str, width: int) -> None:
+def test_a_command_of_the_wrong_length_is_an_error_and_no_target_changes(kind: str, width: int) -> None:
     context = RecordingContext()
     robot = arm(context)
     commands = {f"{other}_command": [1.0] * (width if other == kind else 4) for other in KINDS}
@@ -160,7 +160,7 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
     assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
 
-def test_robot_path_wins_over_target_prim(context: RecordingContext) -> None:
+def test_robot_path_overrides_target_prim(context: RecordingContext) -> None:
     robot, other = arm(context), context.world.add_robot("/other", JOINTS)
     computed(IsaacArticulationController, context, target_prim="/other", robot_path="/arm", effort_command=[1.0] * 4)
     assert robot.targets["effort"] == [1.0] * 4
@@ -177,7 +177,7 @@ def test_after_a_stop_the_same_joints_are_commanded_again(context: RecordingCont
         context.stop(node)
 
 
-def test_what_does_not_stand_for_a_robot_is_refused_with_what_does(context: RecordingContext) -> None:
+def test_the_error_of_a_prim_that_is_not_a_robot_names_the_robot(context: RecordingContext) -> None:
     arm(context)
     context.world.stage.add("/arm/Geometry/base_link/hand", "link")
     with pytest.raises(PrimError, match="is not the root prim, base link or articulation root of a robot") as caught:
@@ -186,7 +186,7 @@ def test_what_does_not_stand_for_a_robot_is_refused_with_what_does(context: Reco
     assert "or make this link the articulation_root in the robot file" in caught.value.help
 
 
-def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player) -> None:
+def test_in_a_graph_a_command_of_the_wrong_length_stops_the_run_and_names_the_node(play: Player) -> None:
     world = RecordingWorld()
     world.add_robot("/arm", JOINTS)
     playing = play.graph(
@@ -202,7 +202,7 @@ def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player)
         playing.tick()
 
 
-def test_controllers_of_the_same_joints_are_told_of_where_they_are_in_two_graphs(tmp_path: Path) -> None:
+def test_controllers_of_the_same_joints_in_two_graphs_give_a_warning_with_both_positions(tmp_path: Path) -> None:
     node = "{type: ArticulationController, inputs: {targetPrim: /dd100, velocityCommand: [1.0, 1.0]}}"
     wires = "[Tick.tick -> One.execIn, Tick.tick -> Two.execIn]"
     (tmp_path / "twice.yaml").write_text(
@@ -237,7 +237,7 @@ def test_all_joints_are_published_in_the_articulations_order_under_an_empty_fram
     assert (message.header.frame_id, message.header.stamp.sec, message.header.stamp.nanosec) == ("", 3, 250_000_000)
 
 
-def test_the_state_is_that_of_the_compute(context: RecordingContext) -> None:
+def test_the_published_state_is_the_state_at_the_execution(context: RecordingContext) -> None:
     robot = arm(context)
     node = ready(ROS2PublishJointState, context, target_prim="/arm")
     for angle in (0.5, 0.75):
@@ -266,7 +266,7 @@ def test_numbers_are_rounded_to_four_decimals(numbers: list[Decimal]) -> None:
 @given(st.lists(st.floats(), min_size=4, max_size=4), st.floats(1e-12, 1e300))
 @example([0.12345, math.nan, -math.inf, 1e308], 1e-4)
 @example([1e299, 0.0, 0.0, 0.0], 1e-10)
-def test_how_a_number_is_rounded_does_not_depend_on_the_others(numbers: list[float], resolution: float) -> None:
+def test_the_rounding_of_a_number_does_not_depend_on_the_other_numbers(numbers: list[float], resolution: float) -> None:
     context = RecordingContext()
     robot = arm(context)
     node = ready(ROS2PublishJointState, context, target_prim="/arm", resolution=resolution)
@@ -286,7 +286,7 @@ def test_numbers_too_large_to_be_rounded_stay(context: RecordingContext, number:
     assert repr(found) == repr([0.1234, number, math.nan, -0.1234])
 
 
-def test_with_a_resolution_of_0_numbers_are_as_they_are(context: RecordingContext) -> None:
+def test_with_a_resolution_of_0_numbers_are_not_rounded(context: RecordingContext) -> None:
     arm(context).state["position"] = [math.pi] * 4
     found = ready(ROS2PublishJointState, context, target_prim="/arm", resolution=0.0).message().position
     assert found.tolist() == [math.pi] * 4
@@ -309,7 +309,7 @@ def of_arrays(**inputs: Any) -> Any:
     return ready(ROS2PublishJointState, RecordingContext(), **{**ARRAYS, **inputs}).message()
 
 
-def test_arrays_win_over_a_robot() -> None:
+def test_arrays_take_precedence_over_a_robot() -> None:
     assert stated(**ARRAYS).name == ["turning", "sliding"]
 
 
@@ -322,7 +322,7 @@ def test_lengths_are_scaled_by_the_unit_and_torques_by_its_square(metres: float)
 
 
 @pytest.mark.parametrize("metres", [0.0, -1.0, math.inf])
-def test_a_unit_that_is_no_length_is_an_error(metres: float) -> None:
+def test_a_stage_unit_that_is_not_above_0_is_an_error(metres: float) -> None:
     with pytest.raises(ValueError, match="stageMetersPerUnit must be above 0"):
         of_arrays(stage_meters_per_unit=metres)
 
@@ -338,14 +338,14 @@ def test_the_sensors_time_is_the_stamp_when_it_is_above_0(sensor_time: float, ex
     assert of_arrays(sensor_time=sensor_time, time_stamp=1.0).header.stamp.sec == expected
 
 
-def test_arrays_whose_names_are_gone_are_an_error() -> None:
+def test_arrays_without_joint_names_are_an_error() -> None:
     node = ready(ROS2PublishJointState, RecordingContext(), **ARRAYS)
     node.joint_names = ()
     with pytest.raises(ValueError, match="jointNames must be the names of the joints, unless targetPrim is given"):
         node.compute()
 
 
-def test_in_the_tutorials_graph_joint_states_go_out_in_every_tick_with_simulation_time(play: Player) -> None:
+def test_in_the_tutorials_graph_joint_states_are_published_in_every_tick_with_simulation_time(play: Player) -> None:
     playing = play.shipped("tutorial/joint_states", dd100()).tick(3)
     sent = playing.published("/dd100_0000/platform/joint_states")
     assert [m.header.stamp.nanosec for m in sent] == [int(tick / 60 * 1e9) for tick in (1, 2, 3)]

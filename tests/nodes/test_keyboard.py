@@ -11,12 +11,14 @@ from tests.nodes.test_events import typed
 
 
 @pytest.mark.parametrize("held", ["LeftShift", "RightControl", "LeftAlt"])
-def test_a_key_without_modifiers_is_not_pressed_while_one_is_held(held: str, context: RecordingContext) -> None:
+def test_a_press_does_not_count_while_a_modifier_that_is_not_required_is_held(
+    held: str, context: RecordingContext
+) -> None:
     node = ready(OnKeyboardInput, context, key_in="D")
     assert typed(node, context, held, f"{held} D", held, "", "D") == ["", "", "", "", "pressed"]
 
 
-def test_of_two_nodes_the_one_fires_whose_modifiers_are_held(context: RecordingContext) -> None:
+def test_only_the_node_whose_modifiers_are_held_fires(context: RecordingContext) -> None:
     plain = ready(OnKeyboardInput, context, key_in="S")
     save = ready(OnKeyboardInput, context, key_in="S", ctrl_in=True)
     context.services.keys.press(["LeftControl", "S"])
@@ -24,7 +26,7 @@ def test_of_two_nodes_the_one_fires_whose_modifiers_are_held(context: RecordingC
     assert (plain.compute(), save.compute()) == (None, save.pressed)
 
 
-def test_a_modifier_that_is_held_later_does_not_release_a_key(context: RecordingContext) -> None:
+def test_a_modifier_pressed_after_the_key_does_not_release_the_key(context: RecordingContext) -> None:
     node = ready(OnKeyboardInput, context, key_in="D")
     assert typed(node, context, "D", "D LeftShift", "LeftShift") == ["pressed", "", "released"]
 

@@ -25,17 +25,17 @@ def published(cls: type[LabelPublisher], **inputs: Any) -> Any:
 
 
 # isaacsim.ros2.nodes/nodes/OgnROS2PublishSemanticLabels.cpp, publishSemanticLabels
-def test_labels_are_those_of_the_numbers_and_classes_are_told_apart() -> None:
+def test_labels_are_published_by_id_and_class_labels_as_classes() -> None:
     found = published(ROS2PublishSemanticLabels, ids=[0, 7], labels_in=["BACKGROUND", "class:cube"])
     assert found == {"0": "BACKGROUND", "7": {"class": "cube"}}
 
 
-def test_labels_of_a_text_go_out_as_they_are() -> None:
+def test_labels_given_as_json_are_published_unchanged() -> None:
     text = '{"0": {"class": "BACKGROUND"}, "7": {"class": "cube"}}'
     assert published(ROS2PublishSemanticLabels, id_to_labels=text, ids=[3], labels_in=["no"]) == json.loads(text)
 
 
-def test_without_labels_the_time_goes_out() -> None:
+def test_without_labels_only_the_time_is_published() -> None:
     assert published(ROS2PublishSemanticLabels) == {}
 
 
@@ -62,13 +62,13 @@ def object_map(*entries: tuple[int, bytes]) -> np.ndarray[Any, Any]:
     return np.frombuffer(heads + paths + struct.pack("<I", len(entries)), np.uint8)
 
 
-def test_a_map_gives_the_path_of_each_number() -> None:
+def test_an_object_id_map_has_the_prim_path_of_each_id() -> None:
     data = object_map((1, b"/World/cube\0"), (2**100 + 3, "/World/é".encode()))
     found = published(ROS2PublishObjectIdMap, data_ptr=data)
     assert found == {"id_to_labels": {"1": "/World/cube", str(2**100 + 3): "/World/é"}}
 
 
-def test_without_a_map_there_are_no_paths() -> None:
+def test_without_a_buffer_the_object_id_map_is_empty() -> None:
     assert published(ROS2PublishObjectIdMap) == {"id_to_labels": {}}
 
 
@@ -84,6 +84,6 @@ def test_without_a_map_there_are_no_paths() -> None:
         ),
     ],
 )
-def test_a_map_that_is_cut_off_is_refused(data: bytes, fault: str) -> None:
+def test_a_truncated_object_id_map_is_refused(data: bytes, fault: str) -> None:
     with pytest.raises(ValueError, match=fault):
         published(ROS2PublishObjectIdMap, data_ptr=data)

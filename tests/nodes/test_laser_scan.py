@@ -34,7 +34,7 @@ def test_angles_are_given_in_degrees_and_sent_in_radians() -> None:
     assert (scan.range_min, scan.range_max) == (0.5, 9.0)
 
 
-def test_a_turn_lasts_1_by_the_rate_and_a_beam_its_part_of_it() -> None:
+def test_scan_time_is_1_by_the_rate_and_time_increment_the_share_of_a_beam() -> None:
     scan = row([1.0] * 90, horizontal_fov=180.0, rotation_rate=10.0).message()
     assert scan.scan_time == pytest.approx(0.1)
     assert scan.time_increment == pytest.approx(0.05 / 90)
@@ -46,25 +46,25 @@ def test_intensities_are_0_to_255() -> None:
     assert scan.intensities.tolist() == [0.0, 128.0, 255.0]
 
 
-def test_without_intensities_what_was_hit_is_as_bright_as_can_be() -> None:
+def test_without_intensities_hits_have_255_and_misses_0() -> None:
     assert row([1.0, INF, 0.0, -1.0, 2.0]).message().intensities.tolist() == [255.0, 0.0, 0.0, 0.0, 255.0]
 
 
 @pytest.mark.parametrize("rows", [0, 2, 16])
-def test_more_or_fewer_rows_than_one_are_an_error(rows: int) -> None:
+def test_a_number_of_rows_other_than_one_is_an_error(rows: int) -> None:
     with pytest.raises(ValueError, match=f"numRows must be 1, because a LaserScan is one row of beams, it is {rows}"):
         row([1.0, 2.0], num_rows=rows).message()
 
 
 @pytest.mark.parametrize(("ranges", "columns"), [([], 0), ([1.0, 2.0], 3)])
-def test_another_number_of_ranges_than_columns_is_an_error(ranges: list[float], columns: int) -> None:
+def test_a_number_of_ranges_other_than_num_cols_is_an_error(ranges: list[float], columns: int) -> None:
     with pytest.raises(
         ValueError, match=rf"a non-empty array of ranges and its length, it is \[{len(ranges)}, {columns}\]"
     ):
         row(ranges, num_cols=columns).message()
 
 
-def test_another_number_of_intensities_than_beams_is_an_error() -> None:
+def test_a_number_of_intensities_other_than_the_beams_is_an_error() -> None:
     with pytest.raises(
         ValueError, match=r"intensitiesData, linearDepthData must be one intensity per beam, it is \[1, 2\]"
     ):

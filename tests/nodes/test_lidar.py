@@ -51,7 +51,7 @@ def single(values: Any) -> Any:
 # LaserScan
 
 
-def test_a_scan_has_one_range_a_beam_and_exactly_the_sensors_field_of_view() -> None:
+def test_a_scan_has_one_range_per_beam_and_exactly_the_lidars_field_of_view() -> None:
     (scan,) = Bench().sample([1.0, 2.0, 3.0, 4.0, 5.0], [10, 20, 30, 40, 50])
     assert scan.ranges.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
     assert scan.intensities.tolist() == [10.0, 20.0, 30.0, 40.0, 50.0]
@@ -71,13 +71,13 @@ def test_the_last_beam_is_at_angle_max_and_the_scan_lasts_one_turn(beams: int, r
     assert scan.scan_time == 1.0 / rate
 
 
-def test_all_beams_are_of_one_instant() -> None:
+def test_the_time_increment_of_a_scan_is_0() -> None:
     (scan,) = Bench().sample([1.0] * 5)
     assert scan.time_increment == 0.0
 
 
 @pytest.mark.parametrize(("no_return", "expected"), [("inf", INF), ("max", 9.0), ("minus_one", -1.0)])
-def test_a_beam_that_hits_nothing_reports_what_no_return_says(no_return: str, expected: float) -> None:
+def test_no_return_selects_the_range_of_a_beam_without_a_hit(no_return: str, expected: float) -> None:
     (scan,) = Bench(no_return=no_return).sample([1.0, INF, 3.0, INF, 9.0])
     assert scan.ranges.tolist() == [1.0, expected, 3.0, expected, 9.0]
 
@@ -89,7 +89,7 @@ def test_the_header_holds_the_samples_time_and_the_frame() -> None:
 
 
 @pytest.mark.parametrize("kind", ["laser_scan", "point_cloud"])
-def test_messages_are_what_their_type_says(kind: str) -> None:
+def test_messages_have_the_selected_type(kind: str) -> None:
     bench = Bench(type_in=kind)
     bench.lidar.see([1.0, INF, 3.0, 4.0, 5.0])
     scan = bench.lidar.scan()
@@ -99,7 +99,7 @@ def test_messages_are_what_their_type_says(kind: str) -> None:
 # PointCloud2
 
 
-def test_a_cloud_holds_the_points_that_were_hit_in_the_sensors_frame() -> None:
+def test_a_cloud_has_the_hit_points_in_the_lidars_frame() -> None:
     (cloud,) = Bench(type_in="point_cloud").sample([1.0, INF, 2.0, INF, 3.0])
     points = read_points(cloud)
     assert list(points) == ["x", "y", "z"]
@@ -110,7 +110,7 @@ def test_a_cloud_holds_the_points_that_were_hit_in_the_sensors_frame() -> None:
     assert (cloud.height, cloud.width, cloud.is_dense, cloud.header.frame_id) == (1, 3, True, "sim_lidar")
 
 
-def test_metadata_become_fields_in_the_references_order_whatever_order_they_are_selected_in() -> None:
+def test_metadata_are_fields_in_isaac_sims_order_for_any_order_of_selection() -> None:
     selected = ["ChannelId", "Timestamp", "EmitterId", "Intensity", "Timestamp"]
     bench = Bench(type_in="point_cloud", selected_metadata=selected)
     bench.context.tick(300)
@@ -146,7 +146,7 @@ def test_rosbags_reads_the_bytes_back(kind: str) -> None:
         assert x.tolist() == pytest.approx([0.5, 2.0, 1.5])
 
 
-def test_metadata_that_rays_do_not_have_are_refused_in_setup() -> None:
+def test_unavailable_metadata_are_refused_in_setup() -> None:
     with pytest.raises(ContextError, match="HitNormal"):
         Bench(type_in="point_cloud", selected_metadata=["Intensity", "HitNormal"])
 
@@ -206,7 +206,7 @@ def test_a_cloud_for_slam_has_the_layout_of_velodynes_driver() -> None:
     assert points["time"] == [0.0, 0.0, 0.0]
 
 
-def test_points_bear_the_clouds_time_also_where_it_goes_on_over_stop_and_play() -> None:
+def test_timestamps_of_points_are_the_stamp_of_the_cloud_also_without_reset_on_stop() -> None:
     bench = Bench(type_in="point_cloud", selected_metadata=["Timestamp"], reset_simulation_time_on_stop=False)
     bench.context.tick(90)
     bench.context.stop(bench.node)
@@ -229,7 +229,7 @@ def test_between_two_samples_nothing_is_published() -> None:
 # Where it publishes
 
 
-def test_the_namespace_is_collected_from_the_sensors_prim_not_from_the_nodes() -> None:
+def test_the_namespace_is_collected_from_the_sensors_prim_and_not_from_the_nodes() -> None:
     context = RecordingContext("/World/elsewhere/Helper")
     context.world.add_robot("/robot")
     context.world.add_device(LidarStub, LIDAR)
@@ -241,19 +241,19 @@ def test_the_namespace_is_collected_from_the_sensors_prim_not_from_the_nodes() -
 
 
 @pytest.mark.parametrize(("kind", "name"), [("laser_scan", "LaserScan"), ("point_cloud", "PointCloud2")])
-def test_the_type_says_which_message_it_publishes_at_the_sensors_rate(kind: str, name: str) -> None:
+def test_the_type_selects_the_message_and_the_rate_is_the_lidars(kind: str, name: str) -> None:
     (claim,) = Bench(type_in=kind).context.services.claims
     assert (claim.message_type, claim.rate, claim.frame_id) == (f"sensor_msgs/msg/{name}", 10.0, "sim_lidar")
 
 
-def test_queue_profile_and_domain_are_those_of_the_ports() -> None:
+def test_queue_size_qos_and_domain_come_from_the_inputs() -> None:
     (claim,) = Bench(queue_size=3, context=8).context.services.claims
     assert (claim.qos, claim.ros_context) == (QoS(depth=3), 8)
     (claim,) = Bench(queue_size=3, qos_profile='{"depth": 5, "reliability": "bestEffort"}').context.services.claims
     assert claim.qos == QoS(depth=5, reliability="bestEffort")
 
 
-def test_a_type_that_there_is_not_is_refused() -> None:
+def test_an_unknown_type_is_refused() -> None:
     with pytest.raises(ValueError, match="one of laser_scan, point_cloud"):
         Bench(type_in="depth_image")
 
@@ -266,7 +266,7 @@ def test_a_warning_says_that_the_object_id_map_has_no_effect() -> None:
 
 
 @pytest.mark.parametrize("name", ["tutorial/scan", "dd100/scan"])
-def test_shipped_graphs_publish_scans_from_the_first_tick_on_also_after_a_stop(play: Player, name: str) -> None:
+def test_shipped_graphs_publish_scans_from_the_first_tick_and_again_after_a_stop(play: Player, name: str) -> None:
     world = dd100()
     lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
     lidar.see([1.0, 2.0, INF, 4.0, 5.0])
@@ -286,7 +286,7 @@ def chosen(*inputs: str) -> ROS2RtxLidarPointCloudConfig:
 
 
 # isaacsim.ros2.nodes/python/nodes/OgnROS2RtxLidarPointCloudConfig.py, compute
-def test_chosen_outputs_are_names_in_the_order_of_a_points_fields() -> None:
+def test_selected_metadata_lists_the_selected_names_in_the_order_of_the_fields() -> None:
     node = chosen("output_tick_state", "output_channel_id", "output_intensity")
     node.compute()
     assert node.selected_metadata == ("Intensity", "ChannelId", "TickState")
@@ -304,7 +304,7 @@ def test_ring_and_time_are_chosen_like_other_metadata() -> None:
     assert node.selected_metadata == ("Intensity", "Ring", "Time")
 
 
-def test_in_a_graph_a_cloud_bears_what_the_config_chooses(play: Player) -> None:
+def test_in_a_graph_a_cloud_has_the_metadata_that_the_config_node_selects(play: Player) -> None:
     world = dd100()
     lidar = world.device(LidarStub, world.stage.find("/dd100/base_link/chassis_link/sim_lidar/Lidar"))
     playing = play.graph(

@@ -72,7 +72,7 @@ def test_the_flat_scan_is_the_ring_nearest_to_the_sensors_plane() -> None:
     assert (bench.node.num_rows, bench.node.num_cols) == (1, 3)
 
 
-def test_beams_are_all_rings_one_a_row() -> None:
+def test_beams_are_output_ring_by_ring() -> None:
     bench = Bench(IsaacReadLidarBeams)
     assert bench.sample(NINE, [0, 10, 20, 30, 40, 50, 60, 70, 255])
     assert bench.node.linear_depth_data.tolist() == NINE
@@ -82,7 +82,7 @@ def test_beams_are_all_rings_one_a_row() -> None:
 
 
 @pytest.mark.parametrize("cls", [IsaacComputeRTXLidarFlatScan, IsaacReadLidarBeams])
-def test_angles_are_degrees_and_ranges_and_rate_those_of_the_sensor(cls: type[LidarNode]) -> None:
+def test_angles_are_in_degrees_and_ranges_and_rate_are_the_lidars(cls: type[LidarNode]) -> None:
     bench = Bench(cls)
     bench.sample(NINE)
     assert bench.node.azimuth_range == pytest.approx((-60.0, 60.0))
@@ -114,7 +114,7 @@ def test_intensities_are_rounded_to_whole_numbers() -> None:
 # Points
 
 
-def test_points_are_where_the_beams_hit_in_the_sensors_frame() -> None:
+def test_points_are_the_hits_of_the_beams_in_the_lidars_frame() -> None:
     bench = Bench(IsaacReadLidarPointCloud)
     assert bench.sample([INF, 2.0, INF, INF, INF, INF, 5.0, INF, INF])
     up, down = math.radians(30.0), math.radians(-10.0)
@@ -145,7 +145,7 @@ def test_each_sample_fires_once_however_often_the_node_is_executed(cls: type[Lid
 
 
 @every_node
-def test_between_two_samples_nothing_fires_and_nothing_is_cast(cls: type[LidarNode]) -> None:
+def test_between_two_samples_nothing_fires_and_no_rays_are_cast(cls: type[LidarNode]) -> None:
     bench = Bench(cls)
     bench.sample(NINE)
     casts, bench.lidar.due = bench.lidar.casts, False
@@ -164,7 +164,7 @@ def test_after_a_stop_the_first_sample_fires_again(cls: type[LidarNode]) -> None
 
 
 @every_node
-def test_an_array_that_was_handed_on_is_not_written_again(cls: type[LidarNode]) -> None:
+def test_an_output_array_is_never_overwritten(cls: type[LidarNode]) -> None:
     bench = Bench(cls)
     port = "data" if cls is IsaacReadLidarPointCloud else "linear_depth_data"
     bench.sample(NINE)
@@ -176,13 +176,15 @@ def test_an_array_that_was_handed_on_is_not_written_again(cls: type[LidarNode]) 
 
 @every_node
 @pytest.mark.parametrize("path", ["/robot", "/nowhere"])
-def test_what_is_no_lidar_is_refused_in_setup(cls: type[LidarNode], path: str) -> None:
+def test_a_prim_that_is_not_a_lidar_is_refused_in_setup(cls: type[LidarNode], path: str) -> None:
     with pytest.raises(PrimError):
         Bench(cls, path=path)
 
 
 @every_node
-def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks(cls: type[LidarNode]) -> None:
+def test_in_a_graph_of_physics_steps_a_lidar_node_is_refused_because_samples_belong_to_ticks(
+    cls: type[LidarNode],
+) -> None:
     context = RecordingContext()
     context.world.add_device(LidarStub, "/Lidar")
     context.runs = "physics_step"

@@ -27,7 +27,7 @@ def rounds(node: Any, *outputs: str, stop_after: int | None = None) -> Iterator[
 @pytest.mark.parametrize(
     ("start", "stop", "step"), [(0, 3, 1), (5, 5, 1), (2, 11, 4), (3, 0, -1), (3, 0, 1), (-2, -9, -3), (0, 3, -1)]
 )
-def test_a_loop_goes_from_start_to_before_stop_in_steps(start: int, stop: int, step: int) -> None:
+def test_a_for_loop_outputs_start_to_stop_exclusive_in_steps(start: int, stop: int, step: int) -> None:
     node = ForLoop(start=start, stop=stop, step=step)
     expected, index = [], 0
     while (start + step * index < stop) if step > 0 else (start + step * index > stop):
@@ -43,7 +43,7 @@ def test_a_step_of_zero_is_an_error() -> None:
         list(ForLoop(stop=3, step=0).compute())
 
 
-def test_a_broken_loop_finishes_after_the_round() -> None:
+def test_a_loop_with_a_break_finishes_after_the_current_iteration() -> None:
     assert list(rounds(ForLoop(stop=9), "value", stop_after=1)) == [("body", 0), ("body", 1), ("finished", 1)]
 
 
@@ -56,7 +56,7 @@ def test_a_broken_loop_finishes_after_the_round() -> None:
         ((), []),
     ],
 )
-def test_for_each_gives_every_element_as_a_port_carries_it(array: Any, elements: list[Any]) -> None:
+def test_for_each_outputs_every_element_as_a_port_value(array: Any, elements: list[Any]) -> None:
     node = ForEach(array_in=array)
     seen = list(rounds(node, "array_index", "element"))
     assert seen[:-1] == [("body", index, element) for index, element in enumerate(elements)]
@@ -64,7 +64,7 @@ def test_for_each_gives_every_element_as_a_port_carries_it(array: Any, elements:
     assert seen[-1][0] == "finished"
 
 
-def test_for_each_target_gives_every_prim_alone() -> None:
+def test_for_each_target_outputs_every_prim_separately() -> None:
     node = ForEachTarget(targets=("/a", "/b"))
     assert [seen[1:] for seen in rounds(node, "array_index", "target")][:2] == [(0, ("/a",)), (1, ("/b",))]
 
@@ -106,7 +106,7 @@ def test_a_break_starts_no_loop(play: Player, loop: str) -> None:
     assert playing.node("Count").count == 0
 
 
-def test_in_a_graph_a_break_ends_the_loop_after_the_round(play: Player) -> None:
+def test_in_a_graph_a_break_ends_the_loop_after_the_current_iteration(play: Player) -> None:
     playing = play.graph(LOOP).tick(3)
     assert (playing.node("Body").count, playing.node("Done").count, playing.node("Loop").value) == (3, 3, 10)
 
@@ -135,7 +135,7 @@ def test_in_a_graph_the_type_of_an_element_follows_from_the_array(play: Player) 
     assert [(p.x, p.y, p.z) for p in positions] == [(1.0, 2.0, 3.0), (4.0, 5.0, 6.0)]
 
 
-def test_a_loop_without_end_is_told_with_its_node(play: Player) -> None:
+def test_an_endless_loop_is_an_error_that_names_its_node(play: Player) -> None:
     playing = play.graph(
         LOOP.replace("stop: 14", "stop: 2000000000").replace("  - Body.execOut -> Loop.breakLoop\n", "")
     )
@@ -167,23 +167,23 @@ connections:
 """
 
 
-def test_while_goes_on_until_its_body_makes_the_condition_false(play: Player) -> None:
+def test_a_while_loop_runs_until_its_body_makes_the_condition_false(play: Player) -> None:
     playing = play.graph(WHILE).tick(2)
     assert [playing.node(name).count for name in ("Body", "Done")] == [6, 2]
     assert playing.node("While").index == 2, "number of the last round"
 
 
-def test_while_ends_after_a_break(play: Player) -> None:
+def test_a_while_loop_ends_after_a_break(play: Player) -> None:
     playing = play.graph(WHILE.replace("Every.execOut -> Close.execIn", "Every.execOut -> While.breakLoop")).tick()
     assert [playing.node(name).count for name in ("Body", "Done")] == [3, 1]
 
 
-def test_while_that_never_holds_finishes_at_once() -> None:
+def test_a_while_loop_with_a_false_condition_finishes_at_once() -> None:
     node = WhileLoop()
     assert list(node.compute()) == [node.finished]
 
 
-def test_a_condition_straight_from_a_node_of_the_body_is_read_in_each_round(play: Player) -> None:
+def test_a_condition_wired_from_the_loop_body_is_read_before_each_iteration(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: OnPlaybackTick, Flip: FlipFlop, While: WhileLoop, Done: Counter}

@@ -35,7 +35,7 @@ def the_mistake(folder: Path, nodes: str, wires: str = "") -> Finding:
         ),
     ],
 )
-def test_a_value_that_no_type_of_a_port_takes_says_what_would(
+def test_the_error_of_a_value_without_matching_type_lists_the_types_of_the_port(
     tmp_path: Path, node: str, wrong: str, remedy: str
 ) -> None:
     found = the_mistake(tmp_path, f"N: {node}")
@@ -56,7 +56,7 @@ def test_a_value_that_no_type_of_a_port_takes_says_what_would(
         ("{type: DifferentialController, inputs: {wheelDistance: 0.1}}", "'wheelRadius'"),
     ],
 )
-def test_an_input_that_a_node_cannot_do_without_is_asked_for(tmp_path: Path, node: str, needed: str) -> None:
+def test_a_missing_required_input_is_reported(tmp_path: Path, node: str, needed: str) -> None:
     found = the_mistake(tmp_path, f"N: {node}")
     assert (found.code, found.message) == ("G208", f"N needs its input {needed}")
 
@@ -68,7 +68,7 @@ def test_an_input_that_a_node_cannot_do_without_is_asked_for(tmp_path: Path, nod
         ("omni.graph.nodes.ConstantString", "omni.graph.nodes.GraphTarget", "ToToken"),
     ],
 )
-def test_a_wire_between_types_of_text_names_the_node_that_goes_between(
+def test_the_error_of_a_wire_between_text_types_names_the_converter_node(
     tmp_path: Path, source: str, target: str, between: str
 ) -> None:
     port = {"ToString": "value", "ToToken": "targetPath"}[between]
@@ -82,12 +82,12 @@ def test_a_wire_from_a_value_into_execution_names_the_first_few_of_many_types(tm
     assert found.message.endswith("more: `graphrun nodes --format json`)), D.execIn takes execution")
 
 
-def test_an_element_without_the_one_before_it_is_told(tmp_path: Path) -> None:
+def test_a_gap_in_the_numbers_of_element_inputs_is_reported(tmp_path: Path) -> None:
     found = the_mistake(tmp_path, "Make: {type: ConstructArray, inputs: {arraySize: 3, input0: 1.0, input2: 3.0}}")
     assert (found.code, found.message) == ("G206", "Make: input2 is given, but input1 is missing")
 
 
-def test_a_circle_out_of_which_no_type_comes_is_told_as_a_circle_and_as_nothing_else(tmp_path: Path) -> None:
+def test_a_circle_without_resolvable_types_gives_only_the_finding_of_the_circle(tmp_path: Path) -> None:
     nodes = "Sum: omni.graph.nodes.Add, Product: omni.graph.nodes.Multiply, Text: omni.graph.nodes.ToString"
     wires = "Sum.sum -> Product.a, Sum.sum -> Product.b, Product.product -> Sum.a, Product.product -> Sum.b"
     found = the_mistake(tmp_path, nodes, f"{wires}, Sum.sum -> Text.value")

@@ -45,7 +45,7 @@ def test_the_yaw_is_the_direction_of_the_turned_x_axis(q: tuple[float, float, fl
 
 @pytest.mark.parametrize("place", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
 @pytest.mark.parametrize("cls", [QuinticPathPlanner, CheckGoal2D, StanleyControlPID])
-def test_a_base_that_is_nowhere_is_refused(cls: Any, place: Heading) -> None:
+def test_a_base_with_a_pose_that_is_not_finite_is_refused(cls: Any, place: Heading) -> None:
     node = ready(cls, RecordingContext(), **here(place))
     with pytest.raises(ValueError, match="must be finite"):
         node.compute()
@@ -71,7 +71,7 @@ def test_a_goal_is_reached_within_the_thresholds_and_no_farther(
     assert reached(place, target, (away - 1e-6, abs(turn) - 1e-6)) == [False, False]
 
 
-def test_what_is_exactly_at_a_threshold_has_arrived() -> None:
+def test_a_base_exactly_at_a_threshold_has_reached_the_goal() -> None:
     assert reached((3.0, 4.0, 0.5), (0.0, 0.0, 0.0), (5.0, yaw_of(yaw(0.5)))) == [True, True]
 
 
@@ -82,7 +82,7 @@ def test_yaws_are_compared_with_the_targets(target: float, current: float, arriv
     assert reached((0.0, 0.0, current), (0.0, 0.0, target), (0.1, 0.05)) == [True, arrived]
 
 
-def test_a_target_that_is_no_number_is_never_reached() -> None:
+def test_a_target_with_nan_is_never_reached() -> None:
     assert reached((0.0, 0.0, 0.0), (math.nan, 0.0, math.nan), (1.0, 1.0)) == [False, False]
 
 
@@ -130,7 +130,7 @@ def test_a_path_leads_from_the_base_to_the_target_along_both_yaws(
 
 @settings(max_examples=30)
 @given(target=places.filter(lambda place: math.hypot(*place[:2]) > 1.0))
-def test_a_path_keeps_to_its_limits_and_points_are_not_farther_apart_than_a_step(target: Heading) -> None:
+def test_a_path_respects_its_limits_and_its_points_are_at_most_a_step_apart(target: Heading) -> None:
     node = planner((0.0, 0.0, 0.0), target, step=0.01)
     speeds, x, y, _ = arrays(node)
     duration = next(T for T in DURATIONS if math.ceil(T / 0.01) + 1 == len(x))
@@ -144,7 +144,7 @@ def test_a_path_keeps_to_its_limits_and_points_are_not_farther_apart_than_a_step
     assert np.hypot(*jerk)[3:-3].max() <= 0.3 + 1e-2
 
 
-def test_the_shortest_duration_that_keeps_to_the_limits_is_taken() -> None:
+def test_the_path_has_the_shortest_duration_that_respects_the_limits() -> None:
     """From rest to rest the greatest acceleration is 10 / sqrt(3) D / T^2 and the greatest jerk 60 D / T^3."""
     rest = {"initial_velocity": 0.0, "goal_velocity": 0.0, "initial_accel": 0.0, "goal_accel": 0.0, "step": 1.0}
     for distance in (1.0, 10.0, 100.0):
@@ -181,7 +181,7 @@ def test_a_target_that_moves_or_turns_gets_another_path(target: Heading) -> None
     assert node.target == pytest.approx(target)
 
 
-def test_after_a_stop_it_plans_anew(context: RecordingContext) -> None:
+def test_after_a_stop_a_new_path_is_planned(context: RecordingContext) -> None:
     node = computed(QuinticPathPlanner, context, **here((0.0, 0.0, 0.0)), target_position=(5.0, 0.0, 0.0))
     context.stop(node)
     assert (len(node.path_arrays), node.target_changed) == (0, False)
@@ -209,7 +209,7 @@ def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float, context: R
         ({"initial_accel": -math.inf}, "initialAccel must be finite"),
     ],
 )
-def test_what_cannot_be_planned_is_refused(inputs: dict[str, Any], complaint: str) -> None:
+def test_a_path_that_cannot_be_planned_is_an_error(inputs: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         planner((0.0, 0.0, 0.0), (5.0, 0.0, 0.0), **inputs).compute()
 
@@ -293,7 +293,7 @@ def test_the_speed_is_scaled_to_the_greatest_and_falls_evenly_over_the_last_thir
 
 
 @pytest.mark.parametrize("turned", [3.0, -3.0, 0.05])
-def test_at_the_target_a_base_turns_on_the_spot_the_shorter_way(turned: float) -> None:
+def test_at_the_target_a_base_turns_on_the_spot_in_the_shorter_direction(turned: float) -> None:
     target = (5.0, 0.0, 2.0)
     base = Base((5.05, 0.0, 2.0 + turned), 0.0, path_arrays=line(5.0), target=target)
     base.move(0.01)
@@ -303,20 +303,20 @@ def test_at_the_target_a_base_turns_on_the_spot_the_shorter_way(turned: float) -
     assert base.place == pytest.approx((5.05, 0.0, 2.0), abs=1e-2)
 
 
-def test_a_base_that_has_arrived_stands() -> None:
+def test_a_base_that_reached_the_goal_stops() -> None:
     base = Base((0.0, 0.0, 0.0), 1.0, path_arrays=line(5.0), target=(5.0, 0.0, 0.0), reached_goal=[True, True])
     base.move(0.01)
     assert (base.node.linear_velocity, base.node.angular_velocity) == (0.0, 0.0)
 
 
-def test_what_missed_the_target_goes_back_to_it() -> None:
+def test_a_base_that_missed_the_target_drives_back_to_it() -> None:
     base = Base((5.0, 0.4, 0.0), 0.5, path_arrays=line(5.0), target=(5.0, 0.0, 0.0))
     base.node.nearest = 99
     base.move(60.0)
     assert math.dist(base.place[:2], (5.0, 0.0)) <= 0.1
 
 
-def test_a_path_is_taken_when_it_is_another_or_is_said_to_be() -> None:
+def test_a_path_restarts_if_its_values_change_or_target_changed_is_true() -> None:
     node = StanleyControlPID(**here((4.0, 0.0, 0.0)), path_arrays=line(5.0), target=(99.0, 0.0, 0.0))
     node.compute()
     assert node.nearest == 81
@@ -343,7 +343,7 @@ def test_a_path_is_taken_when_it_is_another_or_is_said_to_be() -> None:
         ({"current_speed": (math.nan, 0.0, 0.0)}, "currentSpeed"),
     ],
 )
-def test_numbers_that_mean_nothing_are_refused(inputs: dict[str, Any], complaint: str) -> None:
+def test_numbers_out_of_range_are_refused(inputs: dict[str, Any], complaint: str) -> None:
     values: dict[str, Any] = {"path_arrays": line(5.0), "target": (5.0, 0.0, 0.0), **inputs}
     with pytest.raises(ValueError, match=complaint):
         StanleyControlPID(**here((0.0, 0.0, 0.0)), **values).compute()
@@ -386,7 +386,7 @@ connections:
 """
 
 
-def test_in_a_graph_one_plans_one_checks_and_one_steers(play: Player) -> None:
+def test_in_a_graph_planner_goal_check_and_follower_drive_a_base_to_its_target(play: Player) -> None:
     playing = play.graph(GRAPH.format(target="[5, 0, 0]")).tick()
     plan, check, steer = (playing.node(name) for name in ("Plan", "Check", "Steer"))
     assert (plan.target, plan.target_changed) == ((5.0, 0.0, 0.0), True)

@@ -26,7 +26,7 @@ def made() -> RecordingContext:
     return context
 
 
-def test_it_keeps_what_nodes_promise() -> None:
+def test_check_node_accepts_the_navsat_publisher() -> None:
     check_node(NavSatPublisher, made, nav_sat_prim=["/Gps"])
 
 
@@ -44,7 +44,7 @@ def test_a_fix_is_sent_once_with_its_stamp_status_and_covariance(play: Player, f
     assert message.position_covariance_type == 2
 
 
-def test_without_a_fix_the_status_says_so_and_the_covariance_is_unknown(play: Player) -> None:
+def test_without_a_fix_the_status_is_no_fix_and_the_covariance_unknown(play: Player) -> None:
     world = dd100()
     sensor = world.add_device(NavSatStub, f"{CHASSIS}/gps", fix="gbas_fix", horizontal_noise=2.0, vertical_noise=3.0)
     sensor.measure(math.nan, math.nan, math.nan)
@@ -55,7 +55,7 @@ def test_without_a_fix_the_status_says_so_and_the_covariance_is_unknown(play: Pl
     assert all(map(math.isnan, (message.latitude, message.longitude, message.altitude)))
 
 
-def test_a_robot_in_a_scene_publishes_the_graph_of_receivers(play: Player) -> None:
+def test_a_robot_in_a_scene_publishes_fixes_with_the_shipped_graph(play: Player) -> None:
     playing = play.scene(
         {
             "bot.yaml": """

@@ -67,7 +67,7 @@ def test_the_first_compute_is_the_origin(start: tuple[Vector3, Quaternion]) -> N
 
 
 @given(start=poses, now=poses)
-def test_the_pose_is_that_of_the_body_in_the_frame_where_it_started(
+def test_the_pose_is_relative_to_the_start_pose_of_the_body(
     start: tuple[Vector3, Quaternion], now: tuple[Vector3, Quaternion]
 ) -> None:
     context, body, node = computing(*start)
@@ -80,7 +80,7 @@ def test_the_pose_is_that_of_the_body_in_the_frame_where_it_started(
 
 
 @given(orientation=rotations, linear=vectors, angular=vectors)
-def test_linear_velocity_is_the_bodys_angular_velocity_the_worlds(
+def test_linear_velocity_is_in_the_body_frame_and_angular_velocity_in_the_world_frame(
     orientation: Quaternion, linear: Vector3, angular: Vector3
 ) -> None:
     context, body, node = computing()
@@ -114,7 +114,7 @@ def test_accelerations_are_differences_of_the_velocities_over_simulation_time(
     assert np.allclose(node.angular_acceleration, slope(before[2], now[2]), rtol=1e-9, atol=1e-6)
 
 
-def test_accelerations_stay_while_time_does_not_go_on() -> None:
+def test_accelerations_stay_unchanged_while_time_stands_still() -> None:
     context, body, node = computing()
     compute(context, node)
     body.linear = (1.0, 0.0, 0.0)
@@ -123,7 +123,7 @@ def test_accelerations_stay_while_time_does_not_go_on() -> None:
     assert close(node.linear_acceleration, (60.0, 0.0, 0.0))
 
 
-def test_a_stop_makes_a_new_origin() -> None:
+def test_after_a_stop_the_origin_is_the_new_start_pose() -> None:
     context, body, node = computing()
     compute(context, node)
     body.position, body.linear = (4.0, 0.0, 0.0), (1.0, 0.0, 0.0)
@@ -148,7 +148,7 @@ def test_another_body_has_its_own_origin_and_its_own_accelerations() -> None:
         assert node.linear_acceleration == (0.0, 0.0, 0.0)
 
 
-def test_a_prim_without_a_body_is_followed_with_the_body_that_carries_it(context: RecordingContext) -> None:
+def test_a_prim_without_a_body_has_the_motion_of_the_body_that_carries_it(context: RecordingContext) -> None:
     body = context.world.add_body("/cube", orientation=yaw(math.pi / 2))
     context.world.stage.add("/cube/sensor", "frame", position=(1.0, 0.0, 0.0))
     node = ready(IsaacComputeOdometry, context, chassis_prim="/cube/sensor")
@@ -160,7 +160,7 @@ def test_a_prim_without_a_body_is_followed_with_the_body_that_carries_it(context
     assert close(node.linear_velocity, (0.0, 1.5, 0.0))
 
 
-def test_a_robots_prim_stands_for_its_base(context: RecordingContext) -> None:
+def test_the_prim_of_a_robot_has_the_motion_of_its_base(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     robot = context.world.body(context.world.stage.find("/robot"))
     node = ready(IsaacComputeOdometry, context, chassis_prim="/robot")
@@ -200,7 +200,7 @@ def test_the_pose_is_copied_and_covariances_are_0_unless_given(pose: tuple[Vecto
     assert message.pose.covariance.tolist() == message.twist.covariance.tolist() == [0.0] * 36
 
 
-def test_covariances_are_published_as_they_are_given() -> None:
+def test_given_covariances_are_published_unchanged() -> None:
     pose, twist = np.arange(36.0), np.arange(36.0, 72.0)
     message = published(pose_covariance=pose, twist_covariance=twist)
     assert message.pose.covariance.tolist() == pose.tolist()
@@ -220,7 +220,7 @@ def test_velocities_in_the_bodys_frame_are_the_twist(linear: Vector3, angular: V
 
 
 @given(linear=vectors, angular=vectors, heading=st.floats(-3.2, 3.2), length=st.floats(0.1, 10.0), z=numbers)
-def test_velocities_are_taken_along_front_side_and_up(
+def test_velocities_are_projected_onto_front_side_and_up(
     linear: Vector3, angular: Vector3, heading: float, length: float, z: float
 ) -> None:
     front = np.array([math.cos(heading), math.sin(heading), 0.0])
@@ -233,14 +233,14 @@ def test_velocities_are_taken_along_front_side_and_up(
 
 
 @given(linear=vectors, angular=vectors)
-def test_raw_velocities_are_copied_whatever_the_front(linear: Vector3, angular: Vector3) -> None:
+def test_raw_velocities_are_copied_for_any_front(linear: Vector3, angular: Vector3) -> None:
     inputs = {"linear_velocity": linear, "angular_velocity": angular, "robot_front": (0.0, 1.0, 0.0)}
     message = published(publish_raw_velocities=True, **inputs)
     assert vector(message.twist.twist.linear) == linear
     assert vector(message.twist.twist.angular) == angular
 
 
-def test_a_front_that_points_up_is_no_front() -> None:
+def test_a_front_along_the_up_axis_is_refused() -> None:
     with pytest.raises(ValueError, match="robotFront must be finite, and not along the up axis"):
         published(robot_front=(0.0, 0.0, 1.0))
 
@@ -266,7 +266,7 @@ def test_odometry_and_tf_hold_the_same_pose_in_every_tick_from_the_first_on(play
         assert pose.header.stamp.nanosec == int((tick + 1) / 60 * 1e9)
 
 
-def test_in_a_graph_odometry_begins_anew_after_a_stop(play: Player) -> None:
+def test_in_a_graph_odometry_restarts_at_the_origin_after_a_stop(play: Player) -> None:
     world = dd100()
     playing = play.shipped("tutorial/joint_states", world)
     robot = world.body(world.stage.find("/dd100"))

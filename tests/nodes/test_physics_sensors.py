@@ -31,7 +31,7 @@ def unit(context: RecordingContext) -> ImuStub:
 
 
 @pytest.mark.parametrize(("read_gravity", "upwards"), [(True, 3.0 + G), (False, 3.0)])
-def test_a_sample_is_handed_on_with_gravity_or_without(read_gravity: bool, upwards: float) -> None:
+def test_an_imu_sample_is_output_with_or_without_gravity(read_gravity: bool, upwards: float) -> None:
     context = RecordingContext()
     unit(context).measured = measured(0)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu", read_gravity=read_gravity)
@@ -42,7 +42,7 @@ def test_a_sample_is_handed_on_with_gravity_or_without(read_gravity: bool, upwar
     assert node.sensor_time == 0.5
 
 
-def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble(context: RecordingContext) -> None:
+def test_each_sample_fires_once_and_missed_samples_are_skipped(context: RecordingContext) -> None:
     imu = unit(context)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
     fired = []
@@ -52,7 +52,7 @@ def test_each_sample_fires_once_and_one_that_was_missed_is_no_trouble(context: R
     assert fired == [True, False, True, False, True, False]
 
 
-def test_before_its_first_sample_a_unit_has_nothing_to_hand_on(context: RecordingContext) -> None:
+def test_before_the_first_sample_of_an_imu_nothing_fires(context: RecordingContext) -> None:
     unit(context).measured = measured(-1)
     node = ready(IsaacReadIMU, context, imu_prim="/robot/Imu")
     assert node.compute() is None
@@ -67,7 +67,7 @@ def test_after_a_stop_sample_0_fires_again(context: RecordingContext) -> None:
     assert node.compute() == node.exec_out
 
 
-def test_what_is_no_unit_is_refused_with_those_below_it(context: RecordingContext) -> None:
+def test_the_error_of_a_prim_that_is_not_an_imu_lists_the_imus_below(context: RecordingContext) -> None:
     unit(context)
     with pytest.raises(PrimError, match="is a robot, not an imu\nbelow it: /robot/Imu"):
         ready(IsaacReadIMU, context, imu_prim="/robot")
@@ -88,7 +88,7 @@ def sensing(nodes: str, sensor: dict[str, str], runs: str = "tick") -> dict[str,
         ("physics_step", "OnPhysicsStep", 200, 201),
     ],
 )
-def test_in_a_simulation_samples_come_at_the_units_rate_as_far_as_its_graph_runs(
+def test_in_a_simulation_samples_arrive_at_the_imus_rate_up_to_the_rate_of_the_graph(
     play: Player, runs: str, event: str, rate: int, samples: int
 ) -> None:
     # In the first second, its end included, falls sample 0 and one for each 1 / rate.
@@ -113,7 +113,7 @@ connections:
 # IsaacReadContactSensor
 
 
-def test_a_reading_is_handed_on_at_every_execution(context: RecordingContext) -> None:
+def test_a_contact_reading_is_output_at_every_execution(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     sensor = context.world.add_device(ContactSensorStub, "/robot/Bumper")
     node = computed(IsaacReadContactSensor, context, cs_prim="/robot/Bumper")
@@ -125,7 +125,7 @@ def test_a_reading_is_handed_on_at_every_execution(context: RecordingContext) ->
     assert (node.sensor_time, node.in_contact, node.value) == (0.0, False, 0.0)
 
 
-def test_what_is_no_contact_sensor_is_refused(context: RecordingContext) -> None:
+def test_a_prim_that_is_not_a_contact_sensor_is_refused(context: RecordingContext) -> None:
     unit(context)
     with pytest.raises(PrimError, match="is an imu, not a contact sensor\nprims of this kind: none"):
         ready(IsaacReadContactSensor, context, cs_prim="/robot/Imu")
@@ -146,7 +146,7 @@ connections: [Tick.tick -> Bumper.execIn]
 # IsaacReadEffortSensor
 
 
-def test_an_effort_is_that_of_the_joint_that_is_named(context: RecordingContext) -> None:
+def test_the_effort_is_that_of_the_given_joint(context: RecordingContext) -> None:
     stub = context.world.add_robot("/robot", ["left", "right"])
     context.world.stage.add("/robot/Physics/right", "joint", facts={"joint": "right"})
     stub.state["effort"] = [1.0, -19.5]
@@ -158,7 +158,7 @@ def test_an_effort_is_that_of_the_joint_that_is_named(context: RecordingContext)
     assert (node.value, node.sensor_time) == (0.0, 0.0)
 
 
-def test_a_joint_that_does_not_move_has_no_effort(context: RecordingContext) -> None:
+def test_a_fixed_joint_is_refused(context: RecordingContext) -> None:
     context.world.add_robot("/robot", ["left"])
     context.world.stage.add("/robot/Physics/mount", "joint", facts={"joint": "mount"})
     with pytest.raises(PrimError, match="is not a movable joint\nmovable joints: left"):

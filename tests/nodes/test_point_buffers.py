@@ -80,7 +80,7 @@ def selecting(*names: str) -> dict[str, bool]:
 
 
 @every_node
-def test_points_are_those_of_the_beams_that_hit_by_azimuth_elevation_and_distance(cls: type[Any]) -> None:
+def test_azimuth_elevation_and_distance_give_the_hit_points_of_the_beams(cls: type[Any]) -> None:
     node = Bench().sampled(cls, LIDAR)
     azimuths, elevations = [-60.0, 0.0, -60.0, 0.0, 60.0], [0.0, 0.0, 30.0, 30.0, 30.0]
     distances = np.array(RANGES)[HIT]
@@ -127,7 +127,7 @@ def test_a_scan_buffer_has_the_metadata_that_is_selected(chosen: tuple[str, ...]
     assert [name for name in EVERY if array(node, name) is not None] == [name for name in EVERY if name in chosen]
 
 
-def test_a_scan_buffer_says_what_rays_do_not_provide() -> None:
+def test_a_scan_buffer_warns_about_metadata_that_rays_do_not_provide() -> None:
     bench = Bench()
     ready(
         IsaacCreateRTXLidarScanBuffer,
@@ -152,7 +152,7 @@ def test_the_transform_is_the_pose_of_the_sensor_as_a_matrix_for_row_vectors(cls
 
 @every_node
 @pytest.mark.parametrize("path", [LIDAR, RADAR])
-def test_it_fires_once_per_sample(cls: type[Any], path: str) -> None:
+def test_a_point_buffer_node_fires_once_per_sample(cls: type[Any], path: str) -> None:
     bench = Bench()
     node = ready(cls, bench.context, render_product_path=path)
     assert node.compute() is None
@@ -173,20 +173,20 @@ def test_a_sample_without_a_hit_is_an_empty_buffer(cls: type[Any]) -> None:
 
 
 @every_node
-def test_a_render_product_gives_the_sensor(cls: type[Any]) -> None:
+def test_a_render_product_selects_the_sensor(cls: type[Any]) -> None:
     bench = Bench()
     node = bench.sampled(cls, bench.context.render_product(RADAR, 1, 1))
     np.testing.assert_allclose(points(node), POINTS)
 
 
 @every_node
-def test_what_is_no_such_sensor_is_refused(cls: type[Any]) -> None:
+def test_a_prim_that_is_neither_lidar_nor_radar_is_refused(cls: type[Any]) -> None:
     with pytest.raises(PrimError, match="not a lidar"):
         ready(cls, Bench().context, render_product_path="/robot")
 
 
 @every_node
-def test_a_graph_on_physics_steps_cannot_read_it(cls: type[Any]) -> None:
+def test_in_a_graph_of_physics_steps_a_point_buffer_node_is_refused(cls: type[Any]) -> None:
     bench = Bench()
     bench.context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):

@@ -60,7 +60,7 @@ def test_points_are_rows_of_three_floats() -> None:
 
 
 @every_kind
-def test_metadata_that_are_put_out_become_fields(kind: str) -> None:
+def test_selected_metadata_become_fields(kind: str) -> None:
     cloud = cloud_of(kind)
     messages.check(cloud)
     _, expected, datatypes = METADATA[kind]
@@ -69,7 +69,7 @@ def test_metadata_that_are_put_out_become_fields(kind: str) -> None:
 
 
 @given(kinds=st.permutations(list(METADATA)).flatmap(lambda all_: st.integers(0, 12).map(lambda n: all_[:n])))
-def test_any_metadata_are_in_the_references_order(kinds: list[str]) -> None:
+def test_any_selection_of_metadata_has_isaac_sims_order(kinds: list[str]) -> None:
     expected = [name for kind in METADATA if kind in kinds for name in METADATA[kind][1]]
     cloud = cloud_of(*kinds)
     assert list(read_points(cloud)) == ["x", "y", "z", *expected]
@@ -77,7 +77,7 @@ def test_any_metadata_are_in_the_references_order(kinds: list[str]) -> None:
 
 
 @every_kind
-def test_metadata_that_are_not_put_out_are_left_out(kind: str) -> None:
+def test_metadata_that_are_not_selected_are_left_out(kind: str) -> None:
     assert list(read_points(cloud_of(kind, **{f"output_{kind}": False}))) == ["x", "y", "z"]
 
 
@@ -89,7 +89,7 @@ def test_metadata_without_a_buffer_are_an_error_that_names_the_port(kind: str) -
 
 
 @every_kind
-def test_another_number_of_records_than_points_is_an_error(kind: str) -> None:
+def test_a_buffer_without_one_record_per_point_is_an_error(kind: str) -> None:
     with pytest.raises(ValueError, match="bytes for each of 1 points"):
         cloud_of(kind, data=POINTS[:1])
 
@@ -98,16 +98,16 @@ def test_points_may_come_as_a_buffer() -> None:
     assert bytes(cloud_of("intensity", data=[], data_ptr=POINTS).data) == bytes(cloud_of("intensity").data)
 
 
-def test_a_buffer_that_holds_no_whole_points_is_an_error() -> None:
+def test_a_buffer_that_is_not_a_whole_number_of_points_is_an_error() -> None:
     with pytest.raises(ValueError, match="dataPtr must be a multiple of 12 bytes, three float32 per point, it is 16"):
         cloud_of(data=[], data_ptr=np.zeros(4, np.float32))
 
 
-def test_of_an_array_and_a_buffer_the_array_counts() -> None:
+def test_an_array_takes_precedence_over_a_buffer() -> None:
     assert read_points(cloud_of(data_ptr=np.zeros(6, np.float32)))["x"] == [1.0, 4.0]
 
 
-def test_points_are_not_copied_where_they_have_no_metadata() -> None:
+def test_points_without_metadata_are_not_copied() -> None:
     node: Any = ready(ROS2PublishPointCloud, RecordingContext(), data=POINTS)
     assert np.shares_memory(node.message().data, node.data)
 
@@ -128,7 +128,7 @@ def test_rosbags_reads_the_bytes_back() -> None:
     assert read_points(read) == {"x": [1.0, 4.0], "y": [2.0, 5.0], "z": [3.0, 6.0]} | expected
 
 
-def test_points_and_metadata_need_not_lie_in_one_piece() -> None:
+def test_points_and_metadata_need_not_be_contiguous() -> None:
     rows = np.repeat(POINTS, 2, axis=0)[::2]
     cloud = cloud_of(data=[], data_ptr=rows, output_echo_id=True, echo_id_ptr=np.arange(4, dtype=np.uint8)[::2])
     assert read_points(cloud) == {"x": [1.0, 4.0], "y": [2.0, 5.0], "z": [3.0, 6.0], "echo_id": [0, 2]}

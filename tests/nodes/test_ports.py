@@ -55,23 +55,23 @@ def kinds(name: str | Any) -> set[str]:
     return {str(alternative) for alternative in (found.alternatives if isinstance(found, UnionType) else (found,))}
 
 
-def test_every_type_is_one_of_the_reference_or_says_in_its_name_that_it_is_ours() -> None:
+def test_every_type_is_isaac_sims_or_has_the_prefix_graphengine() -> None:
     assert set(TYPES) == set(REFERENCE) | OURS
 
 
 @reference_type
-def test_a_type_has_the_ports_of_the_reference_and_no_others(name: str) -> None:
+def test_a_type_has_exactly_the_ports_of_isaac_sims_type(name: str) -> None:
     assert set(ports_of(name)) == set(reference_of(name))
 
 
 @reference_type
-def test_ports_have_the_types_of_the_reference(name: str) -> None:
+def test_ports_have_isaac_sims_types(name: str) -> None:
     expected = {key: kinds(port["type"]) for key, port in reference_of(name).items()}
     assert {key: kinds(port.type) for key, port in ports_of(name).items()} == expected
 
 
 @reference_type
-def test_ports_have_the_defaults_of_the_reference_and_else_the_zero_of_their_type(name: str) -> None:
+def test_ports_have_isaac_sims_defaults_or_the_zero_of_their_type(name: str) -> None:
     for key, port in reference_of(name).items():
         port_type, ours = parse(port["type"]), ports_of(name)[key]
         if ours.is_exec or isinstance(port_type, UnionType):
@@ -83,18 +83,18 @@ def test_ports_have_the_defaults_of_the_reference_and_else_the_zero_of_their_typ
 
 
 @reference_type
-def test_tokens_are_limited_where_the_reference_limits_them(name: str) -> None:
+def test_ports_have_isaac_sims_legal_tokens(name: str) -> None:
     expected = {key: tuple(port.get("allowedTokens", ())) for key, port in reference_of(name).items()}
     assert {key: port.tokens for key, port in ports_of(name).items()} == expected
 
 
-def test_ports_of_our_own_are_those_of_one_file() -> None:
+def test_extension_ports_are_exactly_those_of_the_list() -> None:
     listed = yaml.safe_load((HERE / "extension_ports.yaml").read_text("utf-8"))
     marked = {name: [p.name for p in cls.fields.values() if p.extension] for name, cls in TYPES.items()}
     assert {name: ports for name, ports in marked.items() if ports} == listed
 
 
-def test_a_type_of_our_own_marks_no_port_since_all_are_ours() -> None:
+def test_types_of_graphengine_mark_no_port_as_extension() -> None:
     assert not [port for name in OURS for port in TYPES[name].fields.values() if port.extension]
 
 

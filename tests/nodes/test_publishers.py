@@ -75,17 +75,17 @@ def claimed(cls: type[PublisherNode], context: RecordingContext, **inputs: Any) 
     return claim
 
 
-def test_what_follows_is_held_against_every_publisher_of_one_message() -> None:
+def test_the_tests_of_this_file_cover_every_publisher_of_one_message() -> None:
     assert {cls for cls in default_registry().types.values() if issubclass(cls, PublisherNode)} == set(PUBLISHERS)
 
 
 @every_publisher
-def test_the_topic_is_the_references(cls: type[PublisherNode]) -> None:
+def test_the_default_topic_is_isaac_sims(cls: type[PublisherNode]) -> None:
     assert claimed(cls, robot()).topic == f"/{PUBLISHERS[cls][0]}"
 
 
 @every_publisher
-def test_every_execution_publishes_one_message_the_first_too(cls: type[PublisherNode]) -> None:
+def test_every_execution_including_the_first_publishes_one_message(cls: type[PublisherNode]) -> None:
     context = robot()
     node = publishing(cls, context)
     for count in (1, 2, 3):
@@ -94,14 +94,14 @@ def test_every_execution_publishes_one_message_the_first_too(cls: type[Publisher
 
 
 @every_publisher
-def test_the_message_is_what_its_type_says(cls: type[PublisherNode]) -> None:
+def test_the_message_passes_the_check_of_its_type(cls: type[PublisherNode]) -> None:
     node = publishing(cls, robot())
     messages.check(node.message())
     assert messages.message_type(node.message()) == cls.message_type
 
 
 @every_publisher
-def test_a_message_that_nobody_wants_is_not_even_built(cls: type[PublisherNode]) -> None:
+def test_without_subscribers_no_message_is_built(cls: type[PublisherNode]) -> None:
     # No message can be built of this time: if it were built, compute would raise.
     unwanted = publishing(cls, robot(wanted=False), time_stamp=1e12)
     unwanted.compute()
@@ -111,7 +111,7 @@ def test_a_message_that_nobody_wants_is_not_even_built(cls: type[PublisherNode])
 
 
 @every_publisher
-def test_a_listener_who_comes_later_gets_what_comes_later(cls: type[PublisherNode]) -> None:
+def test_a_late_subscriber_gets_only_later_messages(cls: type[PublisherNode]) -> None:
     context, heard = robot(wanted=False), list[bytes]()
     node, topic = publishing(cls, context), f"/{PUBLISHERS[cls][0]}"
     node.compute()
@@ -122,7 +122,7 @@ def test_a_listener_who_comes_later_gets_what_comes_later(cls: type[PublisherNod
 
 
 @every_publisher
-def test_a_second_play_publishes_what_the_first_did(cls: type[PublisherNode]) -> None:
+def test_a_second_play_publishes_the_same_messages(cls: type[PublisherNode]) -> None:
     context = robot()
     node = publishing(cls, context)
     node.compute()
@@ -133,11 +133,11 @@ def test_a_second_play_publishes_what_the_first_did(cls: type[PublisherNode]) ->
 
 
 @every_publisher
-def test_the_time_stamp_acts_when_it_is_set(cls: type[PublisherNode]) -> None:
+def test_a_changed_time_stamp_takes_effect(cls: type[PublisherNode]) -> None:
     context = robot()
     node = publishing(cls, context, time_stamp=1.25)
     assert stamp(node.message()) == (1, 250_000_000)
-    node.time_stamp = 2.5  # type: ignore[attr-defined]
+    node.time_stamp = 2.5
     assert stamp(node.message()) == (2, 500_000_000)
 
 
@@ -150,7 +150,7 @@ def test_the_frame_is_in_the_header_and_in_the_table_of_topics(cls: type[Publish
 
 
 @every_publisher
-def test_the_encoders_bytes_are_read_back_by_rosbags_as_what_was_sent(cls: type[PublisherNode]) -> None:
+def test_rosbags_decodes_the_published_bytes_to_an_equal_message(cls: type[PublisherNode]) -> None:
     context = robot()
     node = publishing(cls, context, time_stamp=1.25)
     for _ in range(3):  # later ones by a template of the first
@@ -178,14 +178,14 @@ def stamp(message: Any) -> tuple[int, int]:
 
 
 @every_publisher
-def test_a_namespace_that_is_given_is_used_and_none_is_collected(cls: type[PublisherNode]) -> None:
+def test_a_given_namespace_replaces_the_collected_namespace(cls: type[PublisherNode]) -> None:
     context = robot()
     context.world.stage.find("/robot").namespace = "collected"
     assert claimed(cls, context, node_namespace="/given/", topic_name="/topic_").topic == "/given/topic"
 
 
 @every_publisher
-def test_else_namespaces_are_collected_above_the_nodes_own_prim(cls: type[PublisherNode]) -> None:
+def test_without_a_namespace_it_is_collected_from_the_ancestors_of_the_node(cls: type[PublisherNode]) -> None:
     context = robot()
     context.world.stage.find("/robot").namespace = "fleet"
     context.world.stage.find("/robot/Geometry/base_link").namespace = "robot_1"
@@ -223,12 +223,12 @@ GRAPHS = ("cmd_vel", "joint_states", "scan")
 @pytest.mark.parametrize(
     "name", ["clock", *(f"dd100/{name}" for name in GRAPHS), *(f"tutorial/{name}" for name in GRAPHS)]
 )
-def test_the_shipped_graphs_topics_are_the_tutorials(play: Player, name: str) -> None:
+def test_the_topics_of_the_shipped_graph_are_those_of_the_tutorial(play: Player, name: str) -> None:
     playing = play.shipped(name, dd100())
     assert playing.topics == {node: topic for node, topic in TUTORIAL.items() if node in playing.topics} != {}
 
 
-def test_a_graph_elsewhere_has_no_namespace_but_its_lidar_has(play: Player) -> None:
+def test_a_graph_outside_the_robot_has_no_namespace_and_its_lidar_has_the_robots(play: Player) -> None:
     text = """
         at: /World/elsewhere
         nodes:
@@ -247,7 +247,7 @@ def test_a_graph_elsewhere_has_no_namespace_but_its_lidar_has(play: Player) -> N
 
 
 @every_publisher
-def test_without_a_profile_it_is_reliable_volatile_and_as_deep_as_the_queue(cls: type[PublisherNode]) -> None:
+def test_without_a_profile_the_qos_is_reliable_volatile_with_the_queue_size_as_depth(cls: type[PublisherNode]) -> None:
     expected = QoS("keepLast", 3, "reliable", "volatile", 0.0, 0.0, "systemDefault", 0.0)
     assert claimed(cls, robot(), queue_size=3).qos == expected
 
@@ -262,19 +262,19 @@ def test_a_profile_overrides_the_queue_size(cls: type[PublisherNode]) -> None:
 
 @every_publisher
 @pytest.mark.parametrize("profile", ["no json", "[]", '{"dept": 1}', '{"reliability": "perhaps"}', '{"depth": -1}'])
-def test_a_profile_that_is_none_is_refused_in_setup(cls: type[PublisherNode], profile: str) -> None:
+def test_an_invalid_profile_is_refused_in_setup(cls: type[PublisherNode], profile: str) -> None:
     with pytest.raises(TopicError):
         publishing(cls, robot(), qos_profile=profile)
 
 
 @every_tf_publisher
-def test_a_static_publisher_is_latched_whatever_the_profile_says(cls: type[PublisherNode]) -> None:
+def test_a_static_publisher_is_latched_for_any_profile(cls: type[PublisherNode]) -> None:
     claim = claimed(cls, robot(), static_publisher=True, queue_size=7, qos_profile='{"depth": 5}')
     assert (claim.qos, claim.latched) == (STATIC, True)
 
 
 @every_tf_publisher
-def test_a_static_publisher_sends_once_a_play_whoever_listens(cls: type[PublisherNode]) -> None:
+def test_a_static_publisher_sends_once_a_play_even_without_subscribers(cls: type[PublisherNode]) -> None:
     context = robot(wanted=False)
     node = publishing(cls, context, static_publisher=True)
     for _ in range(3):
@@ -287,7 +287,7 @@ def test_a_static_publisher_sends_once_a_play_whoever_listens(cls: type[Publishe
 
 
 @every_tf_publisher
-def test_who_comes_late_gets_the_static_transforms_all_the_same(cls: type[PublisherNode]) -> None:
+def test_a_late_subscriber_gets_the_static_transforms(cls: type[PublisherNode]) -> None:
     context, heard = robot(wanted=False), list[bytes]()
     publishing(cls, context, static_publisher=True).compute()
     context.transport.reader("/tf", cls.message_type, LATCHED, heard.append)
@@ -297,14 +297,14 @@ def test_who_comes_late_gets_the_static_transforms_all_the_same(cls: type[Publis
 # Changes while the graph runs
 
 
-def test_a_topic_that_is_changed_during_play_is_opened_anew(play: Player) -> None:
+def test_a_topic_changed_during_play_gets_a_new_publisher(play: Player) -> None:
     playing = play.graph("nodes: {T: OnPlaybackTick, C: PublishClock}\nconnections: [T.tick -> C.execIn]").tick()
     playing.set("C", "topic_name", "other")
     playing.tick(2)
     assert (len(playing.published("/clock")), len(playing.published("/other"))) == (1, 2)
 
 
-def test_static_transforms_go_out_again_on_a_topic_that_is_opened_anew(play: Player) -> None:
+def test_static_transforms_are_published_again_on_a_changed_topic(play: Player) -> None:
     text = "{type: PublishRawTransformTree, inputs: {staticPublisher: true}}"
     playing = play.graph(f"nodes: {{T: OnPlaybackTick, TF: {text}}}\nconnections: [T.tick -> TF.execIn]").tick(2)
     playing.set("TF", "topic_name", "other")
@@ -312,7 +312,7 @@ def test_static_transforms_go_out_again_on_a_topic_that_is_opened_anew(play: Pla
     assert (len(playing.published("/tf")), len(playing.published("/other"))) == (1, 1)
 
 
-def test_frame_ids_act_when_they_are_set(play: Player) -> None:
+def test_changed_frame_ids_take_effect(play: Player) -> None:
     playing = play.graph("nodes: {T: OnPlaybackTick, O: PublishOdometry}\nconnections: [T.tick -> O.execIn]").tick()
     playing.set("O", "odom_frame_id", "map")
     playing.set("O", "chassis_frame_id", "chassis")
@@ -334,7 +334,7 @@ def test_frame_ids_act_when_they_are_set(play: Player) -> None:
         (0, {"domain_id": 7}, 0),
     ],
 )
-def test_the_environments_domain_wins_where_it_is_asked(
+def test_the_domain_of_the_environment_overrides_the_input_if_selected(
     environment: int | None, inputs: dict[str, Any], domain: int
 ) -> None:
     context = RecordingContext(ros_domain_id=environment)
@@ -348,7 +348,7 @@ def test_a_context_is_a_data_node_and_0_before_it_is_read() -> None:
     assert (ROS2Context.kind(), ROS2Context().context) == ("data", 0)
 
 
-def test_a_domain_that_ros_does_not_have_is_refused() -> None:
+def test_a_domain_out_of_range_is_refused() -> None:
     with pytest.raises(TopicError, match="233"):
         ready(ROS2Context, RecordingContext(), domain_id=233)
 
@@ -384,12 +384,12 @@ def test_in_a_graph_endpoints_live_in_the_contexts_domain(play: Player) -> None:
     ("seconds", "expected"),
     [(0.0, (0, 0)), (1 / 60, (0, 16_666_666)), (12.5, (12, 500_000_000)), (-0.5, (-1, 500_000_000))],
 )
-def test_the_clock_is_the_time_stamp_and_nothing_else(seconds: float, expected: tuple[int, int]) -> None:
+def test_the_clock_message_contains_only_the_time_stamp(seconds: float, expected: tuple[int, int]) -> None:
     message = ROS2PublishClock(time_stamp=seconds).message()
     assert stamp(message) == expected
 
 
 @pytest.mark.parametrize("seconds", [np.inf, np.nan, 2.0**31])
-def test_a_time_that_ros_cannot_hold_is_an_error(seconds: float) -> None:
+def test_a_time_out_of_range_of_a_ros_time_is_an_error(seconds: float) -> None:
     with pytest.raises((GraphError, ValueError)):
         ROS2PublishClock(time_stamp=seconds).message()

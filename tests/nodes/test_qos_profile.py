@@ -28,29 +28,29 @@ def profile(**inputs: Any) -> QoS:
         ("System Default", QoS("systemDefault", 0, "systemDefault", "systemDefault")),
     ],
 )
-def test_a_preset_is_what_it_is_called(preset: str, expected: QoS) -> None:
+def test_each_preset_has_the_policies_of_isaac_sim(preset: str, expected: QoS) -> None:
     assert profile(create_profile=preset) == expected
 
 
 @pytest.mark.parametrize("preset", ["defaultPubSub", "Custom"])
-def test_without_a_preset_the_policies_are_as_they_are(preset: str) -> None:
+def test_without_a_preset_the_policies_are_the_inputs(preset: str) -> None:
     policies: dict[str, Any] = {"history": "keepAll", "depth": 20, "reliability": "bestEffort", "deadline": 1.5}
     policies |= {"durability": "transientLocal", "lifespan": 2.0, "liveliness": "automatic", "lease_duration": 3.0}
     assert profile(create_profile=preset, **policies) == QoS(**policies)
     assert profile(create_profile=preset) == QoS()
 
 
-def test_a_policy_that_is_set_changes_a_preset() -> None:
+def test_a_policy_that_is_set_overrides_the_preset() -> None:
     expected = QoS("keepLast", 50, "bestEffort", "volatile", deadline=0.5)
     assert profile(create_profile="Sensor Data", depth=50, deadline=0.5) == expected
 
 
-def test_a_policy_that_is_unknown_is_refused() -> None:
+def test_the_policy_unknown_is_refused() -> None:
     with pytest.raises(ValueError, match="reliability must be a policy that ROS 2 has, it is 'unknown'"):
         ROS2QoSProfile(reliability="unknown").compute()
 
 
-def test_in_a_graph_publishers_and_subscribers_take_it(play: Player) -> None:
+def test_in_a_graph_publishers_and_subscribers_use_the_profile(play: Player) -> None:
     text = """
         nodes:
           Tick: OnPlaybackTick

@@ -75,7 +75,7 @@ def test_a_sample_without_detections_is_an_empty_cloud() -> None:
     assert (message.width, bytes(message.data)) == (0, b"")
 
 
-def test_its_topic_is_the_one_of_isaac_sim_at_the_rate_of_the_radar() -> None:
+def test_the_topic_is_isaac_sims_and_the_rate_the_radars() -> None:
     (claim,) = Bench().context.services.claims
     assert (claim.topic, claim.message_type, claim.rate) == ("/radar_point_cloud", "sensor_msgs/msg/PointCloud2", 20.0)
 
@@ -129,6 +129,6 @@ def test_in_a_scene_a_sheet_that_moves_away_is_seen_with_its_distance_and_speed(
         assert columns["radial_velocity_ms"].std() == pytest.approx(0.03, abs=math.sqrt(2) * 0.01)
 
 
-def test_a_lidar_is_no_radar(play: Player) -> None:
+def test_a_lidar_is_refused_as_radar(play: Player) -> None:
     with pytest.raises(CheckError, match="is a lidar, not a radar"):
         play.scene(tower("lidar, profile: lidar_360", "Lidar"))

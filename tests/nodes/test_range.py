@@ -32,7 +32,7 @@ def made() -> RecordingContext:
     return context
 
 
-def test_the_range_publisher_fulfils_the_contract_of_nodes() -> None:
+def test_check_node_accepts_the_range_publisher() -> None:
     check_node(RangePublisher, made, range_prim=["/Sonar"])
 
 
@@ -63,7 +63,7 @@ def test_nothing_is_sent_without_a_sample(play: Player) -> None:
     assert playing.published("/dd100_0000/sonar") == []
 
 
-def test_its_topic_has_the_rate_of_the_sensor_at_most_the_tick_rate() -> None:
+def test_the_rate_of_the_topic_is_the_sensors_but_at_most_the_tick_rate() -> None:
     for rate, expected in ((20.0, 20.0), (100.0, 60.0)):
         context = RecordingContext()
         context.world.add_device(RangeSensorStub, "/Sonar", rate=rate)
@@ -71,7 +71,7 @@ def test_its_topic_has_the_rate_of_the_sensor_at_most_the_tick_rate() -> None:
         assert [claim.rate for claim in context.services.claims] == [pytest.approx(expected)]
 
 
-def test_a_prim_of_another_kind_is_refused_with_those_there_are() -> None:
+def test_the_error_of_a_prim_of_another_kind_lists_the_range_sensors() -> None:
     context = made()
     context.world.stage.add("/Wall", "body")
     with pytest.raises(ContextError, match=r"'/Wall' is a body, not a range sensor") as caught:
@@ -79,7 +79,7 @@ def test_a_prim_of_another_kind_is_refused_with_those_there_are() -> None:
     assert caught.value.help == ("prims of this kind: /Sonar",)
 
 
-def test_a_graph_on_physics_steps_cannot_read_it(play: Player) -> None:
+def test_in_a_graph_of_physics_steps_the_range_publisher_is_refused(play: Player) -> None:
     world = dd100()
     world.add_device(RangeSensorStub, f"{CHASSIS}/sonar")
     with pytest.raises(

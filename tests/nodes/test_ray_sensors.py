@@ -15,7 +15,7 @@ from tests.nodes.harness import Player, computed, ready
 ROWS = np.arange(6.0).reshape(2, 3)
 
 
-def test_a_reading_of_rays_is_handed_on_flat_and_a_stop_clears_it(context: RecordingContext) -> None:
+def test_a_raycast_reading_is_output_as_flat_arrays_and_cleared_at_a_stop(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     sensor = context.world.add_device(RaycastSensorStub, "/robot/Rays")
     sensor.measured = RaycastReading(
@@ -32,7 +32,7 @@ def test_a_reading_of_rays_is_handed_on_flat_and_a_stop_clears_it(context: Recor
     assert (node.sensor_time, node.num_rays, len(node.depths)) == (0.0, 0, 0)
 
 
-def test_a_reading_of_beams_is_handed_on_and_a_stop_clears_it(context: RecordingContext) -> None:
+def test_a_light_beam_reading_is_output_and_cleared_at_a_stop(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     sensor = context.world.add_device(LightBeamStub, "/robot/Beam")
     sensor.measured = BeamReading(0.5, np.array([True, False]), np.array([1.5, 100.0]), ROWS, ROWS + 10, ROWS + 20)
@@ -46,7 +46,7 @@ def test_a_reading_of_beams_is_handed_on_and_a_stop_clears_it(context: Recording
     assert (node.num_rays, len(node.beam_hit_data)) == (0, 0)
 
 
-def test_what_is_no_such_sensor_is_refused(context: RecordingContext) -> None:
+def test_a_prim_that_is_not_the_sensor_is_refused(context: RecordingContext) -> None:
     context.world.add_robot("/robot")
     context.world.add_device(RaycastSensorStub, "/robot/Rays")
     with pytest.raises(PrimError, match="is a raycast sensor, not a light beam sensor"):

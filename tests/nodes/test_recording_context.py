@@ -22,7 +22,7 @@ from tests.nodes.harness import matrix, twist, yaw
 NAN = math.nan
 
 
-def test_it_keeps_to_the_protocols_that_nodes_know() -> None:
+def test_the_recording_context_fulfils_the_protocols_of_nodes() -> None:
     context: Context = RecordingContext()
     world = RecordingWorld()
     world.add_body("/body")
@@ -49,7 +49,7 @@ vectors = st.tuples(numbers, numbers, numbers)
 
 
 @given(angle=st.floats(-3.0, 3.0), place=vectors, arm=vectors, linear=vectors, angular=vectors)
-def test_what_a_body_carries_moves_with_v_plus_w_x_r(
+def test_a_carried_prim_has_the_velocity_v_plus_w_x_r(
     angle: float, place: Vector3, arm: Vector3, linear: Vector3, angular: Vector3
 ) -> None:
     world = RecordingWorld()
@@ -72,7 +72,7 @@ def test_a_robots_motion_carries_all_of_its_links() -> None:
     assert world.frame(world.stage.find("/robot/base_link/mast")).pose()[0] == (5.0, 0.0, 1.0)
 
 
-def test_commands_are_the_targets_that_are_given_and_not_nan() -> None:
+def test_commands_set_the_targets_that_are_not_nan() -> None:
     robot = RecordingWorld().add_robot("/robot", ["a", "b", "c"])
     robot.select(["c", "a"]).command(velocities=[3.0, 1.0])
     robot.select(indices=[0]).command(positions=[NAN], velocities=[2.0])
@@ -80,7 +80,7 @@ def test_commands_are_the_targets_that_are_given_and_not_nan() -> None:
     assert np.array_equal(robot.targets["position"], [NAN] * 3, equal_nan=True)
 
 
-def test_a_robots_state_is_the_tests_and_every_reading_is_an_array_of_its_own() -> None:
+def test_a_robots_state_is_set_by_the_test_and_every_reading_is_a_new_array() -> None:
     robot = RecordingWorld().add_robot("/robot", ["a", "b"])
     robot.state["effort"] = [1, 2]
     assert (robot.positions().tolist(), robot.velocities().tolist(), robot.efforts().tolist()) == (
@@ -91,12 +91,12 @@ def test_a_robots_state_is_the_tests_and_every_reading_is_an_array_of_its_own() 
     assert robot.efforts() is not robot.efforts()
 
 
-def test_a_command_of_the_wrong_width_is_a_mistake_of_the_node() -> None:
+def test_a_command_of_the_wrong_length_raises_an_error() -> None:
     with pytest.raises(ValueError, match="zip"):
         RecordingWorld().add_robot("/robot", ["a", "b"]).select().command(velocities=[1.0])
 
 
-def test_a_lidar_sees_what_the_test_says_and_counts_who_looks() -> None:
+def test_a_lidar_stub_returns_the_scan_of_the_test_and_counts_its_calls() -> None:
     lidar = RecordingWorld().add_device(LidarStub, "/lidar", angles=(0.0, 1.0, 0.5))
     assert np.isinf(lidar.scan().ranges).tolist() == [True] * 3
     lidar.see([1.0, 2.0, 3.0], 9.0, time=0.5, index=4)
@@ -114,7 +114,7 @@ def test_messages_are_encoded_and_read_back() -> None:
     assert (message.linear.x, message.angular.z) == (1.0, 2.0)
 
 
-def test_unwanted_topics_are_wanted_once_somebody_listens() -> None:
+def test_a_topic_is_wanted_once_it_has_a_subscriber() -> None:
     context = RecordingContext(wanted=False)
     publisher = context.publisher("geometry_msgs/msg/Twist", "cmd_vel")
     assert not publisher.wanted
@@ -122,7 +122,7 @@ def test_unwanted_topics_are_wanted_once_somebody_listens() -> None:
     assert publisher.wanted
 
 
-def test_what_arrives_is_seen_from_the_next_tick_on_as_far_as_the_queue_holds(context: RecordingContext) -> None:
+def test_messages_arrive_in_the_next_tick_up_to_the_depth_of_the_queue(context: RecordingContext) -> None:
     subscription = context.subscription("geometry_msgs/msg/Twist", "cmd_vel", queue_size=2)
     for speed in (1.0, 2.0, 3.0):
         context.transport.inject("/cmd_vel", twist(speed, 0.0))
@@ -131,7 +131,7 @@ def test_what_arrives_is_seen_from_the_next_tick_on_as_far_as_the_queue_holds(co
     assert [message.linear.x for message in subscription.take()] == [2.0, 3.0]
 
 
-def test_a_topic_that_nobody_reads_cannot_be_fed() -> None:
+def test_feeding_a_topic_without_subscription_is_an_error() -> None:
     with pytest.raises(TransportError, match="/cmd_vel has no readers"):
         RecordingContext().transport.inject("/cmd_vel", twist(1.0, 0.0))
 
@@ -149,19 +149,19 @@ def test_ticks_move_time_mailboxes_and_variables(context: RecordingContext) -> N
     assert (variable.changed, context.clock.time) == (False, 1.0)
 
 
-def test_a_variable_or_prim_that_is_not_there_is_refused_as_in_the_engine() -> None:
+def test_an_unknown_variable_or_prim_raises_the_error_of_the_engine() -> None:
     with pytest.raises(ContextError, match="no variable 'speed'"):
         RecordingContext().variable("speed")
     with pytest.raises(PrimError, match="/nowhere"):
         RecordingContext().body("/nowhere")
 
 
-def test_what_a_node_says_is_kept(context: RecordingContext) -> None:
+def test_log_messages_of_a_node_are_recorded(context: RecordingContext) -> None:
     context.log("warning", "careful")
     assert context.logged == [("warning", "careful")]
 
 
-def test_bytes_that_are_no_message_are_told_of_too(context: RecordingContext) -> None:
+def test_undecodable_bytes_are_logged(context: RecordingContext) -> None:
     subscription = context.subscription("geometry_msgs/msg/Twist", "cmd_vel")
     context.transport.inject("/cmd_vel", b"\x00\x01\x00\x00")
     context.tick()

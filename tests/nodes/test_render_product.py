@@ -37,7 +37,7 @@ def product(context: RecordingContext, prim: str, **inputs: Any) -> IsaacCreateR
     return ready(IsaacCreateRenderProduct, context, camera_prim=prim, **inputs)
 
 
-def test_the_defaults_are_a_picture_of_1280_by_720_and_enabled(context: RecordingContext) -> None:
+def test_by_default_a_render_product_is_enabled_with_1280_by_720_pixels(context: RecordingContext) -> None:
     node = product(context, LIDAR)
     context.stop(node)
     assert (node.width, node.height, node.enabled, node.render_product_path) == (1280, 720, True, "")
@@ -83,26 +83,26 @@ def test_cameras_whose_paths_differ_only_in_slashes_do_not_share_a_product(conte
     assert tuple(context.device(Camera, path).prim_path for path in paths[:3]) == cameras
 
 
-def test_a_given_product_is_used_as_it_is(context: RecordingContext) -> None:
+def test_a_given_render_product_is_output_unchanged(context: RecordingContext) -> None:
     node = product(context, LIDAR, render_product_prim=("/Render/mine",))
     node.compute()
     assert node.render_product_path == "/Render/mine"
 
 
 @pytest.mark.parametrize("prim", ["/robot", "/nowhere"])
-def test_what_is_no_sensor_is_refused(context: RecordingContext, prim: str) -> None:
+def test_a_prim_that_is_not_a_sensor_is_refused(context: RecordingContext, prim: str) -> None:
     with pytest.raises(PrimError, match=prim):
         product(context, prim)
 
 
 @pytest.mark.parametrize("size", [{"width": 0}, {"height": 0}, {"width": 8193}, {"height": 2**32 - 1}])
-def test_a_picture_of_a_size_that_there_is_not_is_refused(context: RecordingContext, size: dict[str, int]) -> None:
+def test_an_image_size_out_of_range_is_refused(context: RecordingContext, size: dict[str, int]) -> None:
     with pytest.raises(ContextError, match="legal: width and height from 1 to 8192") as caught:
         product(context, CAMERA, **size)
     assert [caught.value.value] == list(size.values())  # by which the place in the file is found
 
 
-def test_the_size_does_not_count_for_a_lidar(context: RecordingContext) -> None:
+def test_the_image_size_is_ignored_for_a_lidar(context: RecordingContext) -> None:
     assert product(context, LIDAR, width=0).render_product_path == product(context, LIDAR).render_product_path
 
 
@@ -176,7 +176,7 @@ def test_the_size_is_that_of_the_render_product(cameras: RecordingContext) -> No
     assert node.vertical_aperture == pytest.approx(node.horizontal_aperture * 200 / 320)
 
 
-def test_whoever_reads_a_product_reads_its_camera_which_then_cannot_go(cameras: RecordingContext) -> None:
+def test_a_reader_of_a_render_product_depends_on_the_prim_of_its_camera(cameras: RecordingContext) -> None:
     path = cameras.render_product("/robot/wide", 320, 200)
     info(cameras, path)
     later = Context(cameras.services, cameras.clock, "graph", "/World/graph/later", None, {})
@@ -208,7 +208,7 @@ def test_the_render_product_shows_the_other_camera_in_its_own_size(cameras: Reco
         ({"render_product_path": "", "camera_prim": "/robot"}, "camera"),
     ],
 )
-def test_what_is_not_there_is_refused_in_setup(
+def test_a_wrong_render_product_or_camera_is_refused_in_setup(
     cameras: RecordingContext, inputs: dict[str, str], complaint: str
 ) -> None:
     path = inputs["render_product_path"] or cameras.render_product("/robot/wide", 320, 240)
@@ -216,7 +216,7 @@ def test_what_is_not_there_is_refused_in_setup(
         ready(IsaacSetCameraOnRenderProduct, cameras, **{**inputs, "render_product_path": path})
 
 
-def test_in_a_graph_a_reader_sees_the_camera_that_was_set_in_the_same_pass(play: Player) -> None:
+def test_in_a_graph_a_reader_gets_the_camera_that_was_set_earlier_in_the_same_pass(play: Player) -> None:
     world = two_cameras()
     playing = play.graph(
         """

@@ -42,7 +42,7 @@ def compute(db):
 """
 
 
-def test_a_script_computes_outputs_of_inputs() -> None:
+def test_a_script_computes_outputs_from_inputs() -> None:
     node = scripted(DOUBLE, "inputs:speed double", "outputs:command double[]", speed=1.5)
     assert node.compute() == node.exec_out
     assert node.outputs_command.dtype == np.float64
@@ -76,7 +76,7 @@ COUNTING = """
 """
 
 
-def test_a_script_goes_back_to_a_checkpoint_with_its_variables() -> None:
+def test_restoring_a_checkpoint_restores_the_variables_of_a_script() -> None:
     node = scripted(COUNTING, "outputs:total int")
     totals = []
     node.compute()
@@ -89,7 +89,7 @@ def test_a_script_goes_back_to_a_checkpoint_with_its_variables() -> None:
     assert totals == [22, 33, 44] * 2
 
 
-def test_a_script_that_has_not_run_has_not_run_at_its_checkpoint() -> None:
+def test_a_checkpoint_from_before_the_first_execution_restarts_the_script() -> None:
     node = scripted(COUNTING, "outputs:total int")
     saved = node.save()
     node.compute()
@@ -98,7 +98,7 @@ def test_a_script_that_has_not_run_has_not_run_at_its_checkpoint() -> None:
     assert node.outputs_total == 11
 
 
-def test_a_variable_of_a_script_that_cannot_be_copied_is_named(tmp_path: Path) -> None:
+def test_the_error_of_a_variable_that_cannot_be_copied_names_it(tmp_path: Path) -> None:
     node = scripted("import sys\ndef compute(db):\n    db.per_instance_state.lines = (line for line in 'ab')\n")
     node.compute()
     with pytest.raises(
@@ -185,7 +185,7 @@ def test_an_output_of_the_wrong_type_is_reported(line: str, told: str) -> None:
         node.compute()
 
 
-def test_a_script_sees_nothing_of_its_node() -> None:
+def test_a_script_has_no_access_to_its_node() -> None:
     node = scripted(
         "def compute(db):\n    db.outputs.names = sorted(n for n in dir(db) if n[0] != '_')\n", "outputs:names token[]"
     )
@@ -249,7 +249,7 @@ def compute(db):
 
 
 @pytest.mark.parametrize(("entry", "fired"), [("exec_in", "last"), ("inputs_fromTick", "first")])
-def test_a_script_sees_which_execution_input_led_to_it_and_fires_the_outputs_it_sets(entry: str, fired: str) -> None:
+def test_a_script_reads_the_fired_execution_inputs_and_fires_the_outputs_that_it_sets(entry: str, fired: str) -> None:
     declared = ("inputs:fromTick execution", "outputs:first execution", "outputs:last execution")
     node = scripted(BRANCHES, *declared)
     node.exec_in = node.inputs_fromTick = 0
@@ -286,12 +286,12 @@ def play_allowed(play: Player, text: str = GRAPH) -> Playing:
     return play.graph(text, options=Options(scripts=True))
 
 
-def test_a_script_is_wired_as_any_node(play: Player) -> None:
+def test_a_script_node_is_wired_like_any_node(play: Player) -> None:
     playing = play_allowed(play).tick(3)
     assert playing.node("Each").element == 2 * 3 / 60
 
 
-def test_a_file_alone_runs_no_code(play: Player, tmp_path: Path) -> None:
+def test_without_permission_a_graph_file_runs_no_script(play: Player, tmp_path: Path) -> None:
     made = tmp_path / "made"
     text = GRAPH.replace(
         "def compute(db):", f"import pathlib\n        pathlib.Path({str(made)!r}).touch()\n        def compute(db):"
@@ -313,7 +313,7 @@ def test_an_error_stops_the_run_and_names_node_and_line(play: Player) -> None:
         playing.tick()
 
 
-def test_a_script_lies_beside_the_graph_and_nowhere_else(play: Player, tmp_path: Path) -> None:
+def test_a_script_file_outside_the_graphs_folder_is_refused(play: Player, tmp_path: Path) -> None:
     text = GRAPH.replace("script: |", "usePath: true\n      scriptPath: double.py\n      script: |")
     (play.folder / "double.py").write_text(DOUBLE, "utf-8")
     playing = play_allowed(play, text).tick()
@@ -327,12 +327,12 @@ def test_a_script_lies_beside_the_graph_and_nowhere_else(play: Player, tmp_path:
 # IsaacReadEnvVar
 
 
-def test_a_variable_is_read_when_it_is_allowed_by_name() -> None:
+def test_an_environment_variable_is_read_if_it_is_allowed_by_name() -> None:
     node = computed(IsaacReadEnvVar, context(environment={"ROBOT": "dd100"}), env_var="ROBOT")
     assert node.value == "dd100"
 
 
-def test_a_variable_that_is_not_allowed_is_refused_although_it_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_environment_variable_that_is_set_but_not_allowed_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SECRET_TOKEN", "hidden")
     with pytest.raises(ContextError, match="'SECRET_TOKEN' may not be read") as refused:
         ready(IsaacReadEnvVar, context(), env_var="SECRET_TOKEN")
@@ -346,7 +346,7 @@ connections: [Tick.tick -> Print.execIn, Name.value -> Print.text]
 """
 
 
-def test_check_names_the_variable_that_a_graph_needs(play: Player) -> None:
+def test_graphrun_check_names_the_environment_variable_that_a_graph_needs(play: Player) -> None:
     with pytest.raises(CheckError, match="the environment variable 'ROBOT' may not be read"):
         play.graph(VARIABLE)
     playing = play.graph(VARIABLE, options=Options(environment={"ROBOT": "dd100"})).tick()
@@ -376,7 +376,7 @@ def test_the_text_of_a_file_fits_an_input_of_any_type(play: Player) -> None:
     ("data", "told"),
     [(b"\xff\xfe", "is not UTF-8 text"), (b"a" * (LARGEST_FILE + 1), "is larger than"), (None, "no file")],
 )
-def test_a_file_that_cannot_be_read_says_why(tmp_path: Path, data: bytes | None, told: str) -> None:
+def test_the_error_of_an_unreadable_file_gives_the_reason(tmp_path: Path, data: bytes | None, told: str) -> None:
     path = tmp_path / "data.txt"
     if data is not None:
         path.write_bytes(data)
@@ -384,7 +384,7 @@ def test_a_file_that_cannot_be_read_says_why(tmp_path: Path, data: bytes | None,
         ready(IsaacReadFilePath, context(files=Files.of(tmp_path / "graph.yaml")), path=str(path))
 
 
-def test_a_file_outside_is_not_read(play: Player) -> None:
+def test_a_file_outside_the_allowed_folders_is_refused(play: Player) -> None:
     text = VARIABLE.replace(
         "{type: ReadEnvVar, inputs: {envVar: ROBOT}}", "{type: ReadFilePath, inputs: {path: /etc/hostname}}"
     )

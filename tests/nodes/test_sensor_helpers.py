@@ -70,7 +70,7 @@ def first_number(message: Any) -> float:
 
 
 @every_helper
-def test_it_publishes_from_its_first_execution_on_without_another(cls: type[SensorHelper]) -> None:
+def test_one_execution_starts_publishing_for_all_later_ticks(cls: type[SensorHelper]) -> None:
     bench = Bench(cls)
     assert not bench.node.active
     bench.sample(1)
@@ -81,7 +81,7 @@ def test_it_publishes_from_its_first_execution_on_without_another(cls: type[Sens
 
 
 @every_helper
-def test_executed_while_disabled_it_ends_and_enabled_it_begins_again(cls: type[SensorHelper]) -> None:
+def test_an_execution_stops_publishing_if_disabled_and_starts_it_if_enabled(cls: type[SensorHelper]) -> None:
     bench = Bench(cls)
     for enabled in (True, False, True):
         bench.node.enabled = enabled
@@ -90,7 +90,7 @@ def test_executed_while_disabled_it_ends_and_enabled_it_begins_again(cls: type[S
 
 
 @every_helper
-def test_a_stop_detaches_it(cls: type[SensorHelper]) -> None:
+def test_a_stop_ends_publishing(cls: type[SensorHelper]) -> None:
     bench = Bench(cls)
     bench.sample()
     bench.context.stop(bench.node)
@@ -98,13 +98,13 @@ def test_a_stop_detaches_it(cls: type[SensorHelper]) -> None:
 
 
 @every_helper
-def test_a_sample_that_nobody_wants_is_not_asked_for(cls: type[SensorHelper]) -> None:
+def test_without_subscribers_no_sample_is_requested(cls: type[SensorHelper]) -> None:
     bench = Bench(cls, wanted=False)
     assert (bench.sample(), bench.taken) == ([], 0)
 
 
 @every_skipping_helper
-def test_frame_skip_count_leaves_samples_out(cls: type[SensorHelper]) -> None:
+def test_frame_skip_count_skips_samples(cls: type[SensorHelper]) -> None:
     bench = Bench(cls, frame_skip_count=2)
     assert [index for index in range(9) if bench.sample(index)] == [0, 3, 6]
     assert bench.taken == 3
@@ -113,7 +113,9 @@ def test_frame_skip_count_leaves_samples_out(cls: type[SensorHelper]) -> None:
 
 @every_helper
 @pytest.mark.parametrize(("resets", "expected"), [(True, 1 / 60), (False, 1 / 60 + 1.5)])
-def test_stamps_count_from_play_or_over_stop_and_play(cls: type[SensorHelper], resets: bool, expected: float) -> None:
+def test_stamps_count_from_play_or_from_the_start_of_the_session(
+    cls: type[SensorHelper], resets: bool, expected: float
+) -> None:
     bench = Bench(cls, reset_simulation_time_on_stop=resets)
     bench.context.tick(90)
     bench.context.stop(bench.node)
@@ -132,13 +134,15 @@ def test_with_system_time_stamps_are_wall_time(cls: type[SensorHelper]) -> None:
 
 @every_helper
 @pytest.mark.parametrize("path", ["/robot", "/nowhere", "/Render/nothing"])
-def test_what_is_no_such_sensor_is_refused_in_setup(cls: type[SensorHelper], path: str) -> None:
+def test_a_prim_that_is_not_the_sensor_is_refused_in_setup(cls: type[SensorHelper], path: str) -> None:
     with pytest.raises(PrimError):
         Bench(cls, render_product_path=path)
 
 
 @every_helper
-def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_ticks(cls: type[SensorHelper]) -> None:
+def test_in_a_graph_of_physics_steps_a_helper_is_refused_because_samples_belong_to_ticks(
+    cls: type[SensorHelper],
+) -> None:
     bench = Bench(cls)
     bench.context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):

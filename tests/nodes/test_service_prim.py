@@ -131,13 +131,13 @@ def test_prims_are_listed_with_their_types_depth_first() -> None:
 
 
 @pytest.mark.parametrize("service", ["GetPrims", "GetPrimAttributes"])
-def test_a_prim_that_is_not_there_is_told_with_those_that_are_near(service: str) -> None:
+def test_the_error_of_an_unknown_prim_lists_similar_prims(service: str) -> None:
     answer = Alone(world()).ask(service, "/robt")
     assert answer.success is False
     assert answer.message == "no prim at '/robt': / has no child 'robt'; did you mean 'robot'?"
 
 
-def test_attributes_are_those_that_stand_for_something() -> None:
+def test_only_supported_attributes_are_listed() -> None:
     answer = Alone(world()).ask("GetPrimAttributes", "/robot/Physics/left")
     assert dict(zip(answer.names, answer.types, strict=True)) == {
         "physics:jointEnabled": "bool",
@@ -149,7 +149,7 @@ def test_attributes_are_those_that_stand_for_something() -> None:
     assert answer.displays == answer.names
 
 
-def test_a_value_is_json_of_usds_type() -> None:
+def test_a_value_is_returned_as_json_with_its_usd_type() -> None:
     stage = world()
     stage.stage.find("/robot/base_link").namespace = "r2"
     alone = Alone(stage)
@@ -192,13 +192,13 @@ def test_angles_of_joints_are_degrees() -> None:
         ("clippingRange", "[" * 100_000, "the value is not JSON: "),
     ],
 )
-def test_what_cannot_be_written_is_told(attribute: str, value: str, fault: str) -> None:
+def test_a_refused_write_returns_the_reason(attribute: str, value: str, fault: str) -> None:
     answer = Alone(world()).ask("SetPrimAttribute", "/robot/base_link/Camera", attribute, value)
     assert answer.success is False
     assert fault in answer.message
 
 
-def test_services_are_below_the_namespace_of_the_prims_above_or_the_nodes_own() -> None:
+def test_services_have_the_namespace_of_the_ancestor_prims_or_of_the_node() -> None:
     context = RecordingContext("/robot/graph/node")
     context.world.stage.add("/robot", "robot", namespace="r2")
     ready(ROS2ServicePrim, context)
@@ -249,7 +249,7 @@ def test_the_targets_of_a_drive_are_written_in_degrees_and_move_the_joint(play: 
     assert served.read(joint, target) == pytest.approx(45.0)
 
 
-def test_a_free_body_and_a_robot_are_put_elsewhere_and_a_link_is_not(play: Player) -> None:
+def test_poses_of_free_bodies_and_robots_can_be_written_and_poses_of_links_cannot(play: Player) -> None:
     served, half = Served(play), math.sqrt(0.5)
     for prim in ("/World/box", "/arm"):
         assert served.write(prim, "xformOp:translate", "[4.0, 5.0, 6.0]").message == ""
@@ -264,7 +264,7 @@ def test_a_free_body_and_a_robot_are_put_elsewhere_and_a_link_is_not(play: Playe
     assert served.read("/World/box", "xformOp:translate") == pytest.approx([4.0, 5.0, 6.0], abs=1e-6)
 
 
-def test_a_robot_that_comes_is_listed(play: Player) -> None:
+def test_a_robot_added_during_the_run_is_listed(play: Player) -> None:
     served = Served(play)
 
     def second() -> bool:

@@ -70,7 +70,7 @@ class PeerServer:
 # Ports
 
 
-def test_a_client_has_requests_for_inputs_and_responses_for_outputs() -> None:
+def test_a_client_has_inputs_for_the_request_and_outputs_for_the_response() -> None:
     assert ports(Client, SET_BOOL) == {
         "inputs:Request:data": "bool",
         "outputs:Response:success": "bool",
@@ -84,7 +84,7 @@ def test_a_server_is_a_pair_of_nodes_for_requests_and_responses() -> None:
 
 
 # isaacsim.ros2.nodes/python/tests/test_service.py, SERVICE_FIELD_TYPE_CASES
-def test_fields_within_fields_have_the_references_names_and_types() -> None:
+def test_nested_fields_have_isaac_sims_names_and_types() -> None:
     found = ports(Request, "nav_msgs/srv/GetPlan")
     expected = {
         "tolerance": "float",
@@ -97,7 +97,7 @@ def test_fields_within_fields_have_the_references_names_and_types() -> None:
     assert ports(Request, "rcl_interfaces/srv/ListParameters")["outputs:Request:depth"] == "uint64"
 
 
-def test_a_service_without_fields_makes_no_ports() -> None:
+def test_a_service_without_fields_adds_no_ports() -> None:
     assert ports(Client, "std_srvs/srv/Empty") == {}
 
 
@@ -112,12 +112,12 @@ def test_a_service_without_fields_makes_no_ports() -> None:
         ),
     ],
 )
-def test_a_type_that_is_no_service_makes_no_ports(given: dict[str, str], fault: str) -> None:
+def test_a_type_that_is_not_a_service_is_an_error(given: dict[str, str], fault: str) -> None:
     with pytest.raises(ContextError, match=fault):
         grown(Client, {**names(SET_BOOL), **given}, DEFINITIONS)
 
 
-def test_a_service_of_ones_own_is_served(play: Player) -> None:
+def test_a_service_of_a_users_type_is_served(play: Player) -> None:
     write(play.folder, {"my_msgs/srv/Echo.srv": "int64 a\n---\nint64 b\n"})
     text = """
 nodes:
@@ -162,7 +162,7 @@ class Offered:
         return self.peer.answers
 
 
-def test_a_request_is_put_out_and_answered_when_the_tick_ends() -> None:
+def test_a_request_is_output_and_its_response_sent_at_the_end_of_the_tick() -> None:
     server = Offered(response__success=True, response__message="on")
     assert server.asked(True) == [True]
     assert server.response.compute() == server.response.exec_out
@@ -170,7 +170,7 @@ def test_a_request_is_put_out_and_answered_when_the_tick_ends() -> None:
     assert server.answers() == [(1, (True, "on"))]
 
 
-def test_requests_of_a_tick_are_answered_one_after_the_other(play: Player) -> None:
+def test_the_requests_of_a_tick_get_their_responses_in_order(play: Player) -> None:
     playing = play.graph(SERVER)
     peer = Peer(playing.transport)
     peer.ask(True, False, True)
@@ -186,12 +186,12 @@ def test_requests_wait_while_the_node_is_not_executed() -> None:
     assert list(server.request.compute()) == []
 
 
-def test_an_unanswered_request_is_dropped_at_the_next_one_and_reported() -> None:
+def test_a_request_without_response_is_dropped_at_the_next_request_with_a_warning() -> None:
     server = Offered()
     server.asked(True, False)
     assert server.response.compute() == server.response.exec_out
     assert [number for number, _ in server.answers()] == [2]
-    assert server.context.logged == [("warning", "/light: a request was not answered before the next one came")]
+    assert server.context.logged == [("warning", "/light: the next request came before a response was sent")]
 
 
 def test_a_request_is_answered_once() -> None:
@@ -274,7 +274,7 @@ def test_a_service_renamed_during_the_run_answers_only_by_its_new_name(play: Pla
         ({"service_name": "light", "node_namespace": "robot"}, "/robot/light"),
     ],
 )
-def test_a_service_is_below_the_nodes_own_namespace_and_not_that_of_prims(inputs: dict[str, str], name: str) -> None:
+def test_a_service_has_the_namespace_of_the_node_and_not_of_its_prims(inputs: dict[str, str], name: str) -> None:
     context = RecordingContext("/dd100/graph/node")
     context.world.stage.add("/dd100", "robot", namespace="dd100_0000")
     assert of(Request, context, **inputs).server.service == name
@@ -286,7 +286,7 @@ def test_a_name_that_ros_refuses_is_reported_at_its_place(play: Player) -> None:
         play.graph(SERVER.replace("serviceName: light", "serviceName: 1light"))
 
 
-def test_two_servers_of_one_service_are_an_error(play: Player) -> None:
+def test_a_second_server_of_one_service_is_an_error(play: Player) -> None:
     inputs = "{serviceName: /light, messagePackage: std_srvs, messageName: SetBool}"
     second = f"  Second: {{type: ROS2ServiceServerRequest, inputs: {inputs}}}\n"
     with pytest.raises(CheckError, match="error G309: the service /light has a server here and another in"):
@@ -318,7 +318,7 @@ def test_a_client_of_another_type_than_the_server_is_an_error(play: Player) -> N
 # The client
 
 
-def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later(context: RecordingContext) -> None:
+def test_a_call_is_sent_at_the_end_of_the_tick_and_its_response_fires_later(context: RecordingContext) -> None:
     client = of(Client, context, request__data=True)
     peer = PeerServer(context.transport)
     client.compute()
@@ -333,7 +333,7 @@ def test_a_call_leaves_when_the_tick_ends_and_its_answer_fires_later(context: Re
     assert (client.response__success, client.response__message) == (True, "on")
 
 
-def test_every_execution_is_a_call_and_every_answer_fires_once_in_the_order_in_which_they_come(
+def test_every_execution_is_a_call_and_every_response_fires_once_in_order_of_arrival(
     context: RecordingContext,
 ) -> None:
     client = of(Client, context)
@@ -377,7 +377,7 @@ def test_a_missing_server_is_reported_once(context: RecordingContext) -> None:
     ]
 
 
-def test_an_answer_from_before_a_stop_is_not_put_out(context: RecordingContext) -> None:
+def test_a_response_from_before_a_stop_is_not_output(context: RecordingContext) -> None:
     client = of(Client, context)
     peer = PeerServer(context.transport)
     client.compute()
@@ -392,7 +392,7 @@ def test_an_answer_from_before_a_stop_is_not_put_out(context: RecordingContext) 
     assert (client.response__message, client.active) == ("in time", False)
 
 
-def test_a_request_that_no_message_can_hold_is_refused_at_setup(context: RecordingContext) -> None:
+def test_a_request_field_that_does_not_fit_is_refused_in_setup(context: RecordingContext) -> None:
     made: Any = grown(Client, names("sensor_msgs/srv/SetCameraInfo"), DEFINITIONS)
     field = made.ports["inputs:Request:camera_info:k"].field
     with pytest.raises(ContextError, match="Request:camera_info:k has 1 elements, not 9"):
@@ -403,7 +403,7 @@ def test_a_request_that_no_message_can_hold_is_refused_at_setup(context: Recordi
 
 
 # isaacsim.ros2.nodes/python/tests/test_service.py, test_service: a client and a server in one graph
-def test_a_client_is_answered_by_a_server_of_its_own_graph(play: Player) -> None:
+def test_a_client_gets_the_response_of_a_server_in_the_same_graph(play: Player) -> None:
     playing = play.graph(BOTH)
     client = playing.node("Client")
     seen = playing.each_tick(4, lambda: (client.response__success, client.response__message))
@@ -416,7 +416,7 @@ def test_nodes_after_a_client_run_once_for_each_response(play: Player) -> None:
 
 
 @pytest.mark.parametrize("cls", [Client, Request, Response])
-def test_the_nodes_are_sound_with_their_ports(cls: type[Node]) -> None:
+def test_check_node_accepts_the_service_nodes_with_their_ports(cls: type[Node]) -> None:
     made = grown(cls, names(SET_BOOL), DEFINITIONS)
     inputs = {"message_package": "std_srvs", "message_name": "SetBool"}
 

@@ -31,7 +31,7 @@ def codes(tmp_path: Path, nodes: str, wires: str, more: str = "") -> list[str]:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(shipped())))
-def test_the_graphs_and_scenes_of_the_package_have_no_such_mistake(path: Path) -> None:
+def test_the_shipped_graphs_and_scenes_give_none_of_these_warnings(path: Path) -> None:
     assert [one.render() for one in build.load(path, Options()).findings.items if one.code in SILENT] == []
 
 
@@ -49,14 +49,14 @@ def test_the_graphs_and_scenes_of_the_package_have_no_such_mistake(path: Path) -
         ("P: {type: ROS2SubscribeClock}", "", False),
     ],
 )
-def test_a_publisher_without_a_time_is_told_unless_its_stamp_is_given(
+def test_a_publisher_without_a_wired_time_gives_a_warning_unless_its_stamp_is_set(
     tmp_path: Path, node: str, wires: str, told: bool
 ) -> None:
     found = codes(tmp_path, node, ", ".join(filter(None, ["Tick.tick -> P.execIn", wires])))
     assert [code for code in found if code == "W213"] == ["W213"] * told
 
 
-def test_the_time_of_a_subgraph_is_wired_where_it_is_used(tmp_path: Path) -> None:
+def test_the_time_input_of_a_subgraph_can_be_wired_by_its_user(tmp_path: Path) -> None:
     ports = "inputs: {run: Publish.execIn, time: Publish.timeStamp}\n"
     write(tmp_path, {"inner.yaml": f"graph: inner\n{ports}nodes: {{Publish: ROS2PublishClock}}\nconnections: []\n"})
     assert not build.load(tmp_path / "inner.yaml").findings.items
@@ -80,7 +80,9 @@ def test_the_time_of_a_subgraph_is_wired_where_it_is_used(tmp_path: Path) -> Non
         ("Source: ROS2SubscribeJointState", "Source.velocityCommand", False),
     ],
 )
-def test_a_command_has_one_number_for_each_joint(tmp_path: Path, more: str, wires: str, told: bool) -> None:
+def test_a_command_without_one_number_per_joint_gives_a_warning(
+    tmp_path: Path, more: str, wires: str, told: bool
+) -> None:
     art = "Art: {type: IsaacArticulationController, inputs: {targetPrim: /bot, jointNames: [a, b]}}"
     found = codes(tmp_path, f"{more}, {art}", f"Tick.tick -> Art.execIn, {wires} -> Art.velocityCommand")
     assert found == ["W215"] * told
@@ -101,7 +103,7 @@ URDF = """<robot name="bot"><link name="base_link"/><link name="arm"><inertial><
         ("damping: 5, stiffness: 50", "effortCommand: [1.0]", False),
     ],
 )
-def test_a_velocity_command_against_stiffness_is_told_and_stops_where_it_says(
+def test_a_velocity_command_against_stiffness_gives_a_warning_with_the_position_where_the_joint_stops(
     tmp_path: Path, drive: str, inputs: str, told: bool
 ) -> None:
     graph = (

@@ -53,14 +53,14 @@ vectors = st.tuples(numbers, numbers, numbers)
 
 
 @given(linear=vectors, angular=vectors)
-def test_the_first_message_is_delivered_whole_in_the_tick_that_sees_it(linear: Vector3, angular: Vector3) -> None:
+def test_the_first_message_is_output_completely_in_its_tick(linear: Vector3, angular: Vector3) -> None:
     listening = Listening()
     assert listening.hears(messages.Twist(messages.Vector3(*linear), messages.Vector3(*angular)))
     assert listening.velocities == (linear, angular)
 
 
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), float("-inf")])
-def test_a_twist_that_is_not_finite_is_dropped_and_told(speed: float) -> None:
+def test_a_twist_that_is_not_finite_is_dropped_and_logged(speed: float) -> None:
     listening = Listening()
     assert [listening.hears(twist(1.0, 2.0)), listening.hears(twist(speed, 0.0))] == [True, False]
     assert listening.velocities == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
@@ -87,7 +87,7 @@ def test_silence_for_the_timeout_zeroes_and_fires_once() -> None:
     assert listening.velocities == (STILL, STILL)
 
 
-def test_a_message_in_time_puts_the_timeout_off() -> None:
+def test_a_message_before_the_timeout_restarts_the_timeout() -> None:
     listening = Listening(timeout=0.5)
     for _ in range(5):
         assert listening.hears(twist(1.0, 0.0))
@@ -98,7 +98,7 @@ def test_before_the_first_message_silence_is_no_timeout() -> None:
     assert Listening(timeout=0.1).silence(60) == [False] * 60
 
 
-def test_a_message_after_a_timeout_is_a_command_again() -> None:
+def test_a_message_after_a_timeout_sets_the_velocities_again() -> None:
     listening = Listening(timeout=0.5)
     for _ in range(2):
         listening.hears(twist(1.0, 0.0))
@@ -107,7 +107,7 @@ def test_a_message_after_a_timeout_is_a_command_again() -> None:
         assert listening.velocities == (STILL, STILL)
 
 
-def test_a_stop_forgets_that_a_command_was_heard() -> None:
+def test_a_stop_ends_the_wait_for_the_timeout() -> None:
     listening = Listening(timeout=0.5)
     listening.context.tick(100)
     listening.hears(twist(1.0, 0.0))
@@ -133,7 +133,9 @@ def stamped(v: float, w: float) -> messages.TwistStamped:
     ("kind", "message_type", "alternatives"),
     [("auto", TWIST, (STAMPED,)), ("twist", TWIST, ()), ("twist_stamped", STAMPED, ())],
 )
-def test_the_type_that_is_asked_for_is_read(kind: str, message_type: str, alternatives: tuple[str, ...]) -> None:
+def test_only_messages_of_the_selected_type_are_read(
+    kind: str, message_type: str, alternatives: tuple[str, ...]
+) -> None:
     (claim,) = Listening(type_in=kind).context.services.claims
     assert (claim.message_type, claim.alternatives) == (message_type, alternatives)
 
@@ -144,7 +146,7 @@ def test_a_stamped_twist_is_delivered_without_its_stamp() -> None:
     assert listening.velocities == ((1.0, 0.0, 0.0), (0.0, 0.0, 2.0))
 
 
-def test_auto_takes_what_others_publish_and_goes_along_when_that_changes() -> None:
+def test_auto_reads_the_type_of_the_publisher_and_changes_with_it() -> None:
     listening = Listening()
     for kind, message, speed in [(STAMPED, stamped(1.0, 0.0), 1.0), (TWIST, twist(2.0, 0.0), 2.0)] * 2:
         writer = listening.context.transport.writer("/cmd_vel", kind, QoS())
@@ -155,7 +157,7 @@ def test_auto_takes_what_others_publish_and_goes_along_when_that_changes() -> No
         writer.close()
 
 
-def test_auto_stays_with_what_it_reads_for_as_long_as_that_is_published() -> None:
+def test_auto_keeps_its_type_while_a_publisher_of_this_type_exists() -> None:
     listening = Listening()
     for kind in (STAMPED, TWIST):
         listening.context.transport.writer("/cmd_vel", kind, QoS())
@@ -171,7 +173,7 @@ GRAPH = """
     """
 
 
-def test_in_a_graph_what_hangs_on_it_runs_on_a_message_and_once_on_a_timeout(play: Player) -> None:
+def test_in_a_graph_the_nodes_downstream_run_on_each_message_and_once_on_a_timeout(play: Player) -> None:
     playing = play.graph(GRAPH).tick(2)
     playing.transport.inject("/cmd_vel", twist(1.0, 0.0))
     playing.tick(20)
@@ -179,7 +181,7 @@ def test_in_a_graph_what_hangs_on_it_runs_on_a_message_and_once_on_a_timeout(pla
     assert [m.clock.sec for m in playing.published("/clock")] == [3, 9]
 
 
-def test_in_a_graph_bytes_that_are_no_twist_are_dropped_and_told_once(play: Player) -> None:
+def test_in_a_graph_undecodable_bytes_are_dropped_and_logged_once(play: Player) -> None:
     playing = play.graph(GRAPH)
     for _ in range(2):
         playing.transport.inject("/cmd_vel", b"\x00\x01\x00\x00abc")

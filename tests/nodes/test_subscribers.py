@@ -64,19 +64,19 @@ def outputs(node: Any) -> list[Any]:
 # What all of them have in common
 
 
-def test_what_follows_is_held_against_every_subscriber_of_one_kind_of_message() -> None:
+def test_the_tests_of_this_file_cover_every_subscriber_of_one_message_type() -> None:
     assert {cls for cls in default_registry().types.values() if issubclass(cls, SubscriberNode)} == set(SUBSCRIBERS)
 
 
 @every_subscriber
-def test_the_topic_is_the_references(cls: type[SubscriberNode], context: RecordingContext) -> None:
+def test_the_default_topic_is_isaac_sims(cls: type[SubscriberNode], context: RecordingContext) -> None:
     ready(cls, context)
     (claim,) = context.services.claims
     assert (claim.topic, claim.direction) == (f"/{SUBSCRIBERS[cls][0]}", "subscribe")
 
 
 @every_subscriber
-def test_it_fires_with_a_message_and_not_without(cls: type[SubscriberNode], context: RecordingContext) -> None:
+def test_a_subscriber_fires_only_in_ticks_with_a_message(cls: type[SubscriberNode], context: RecordingContext) -> None:
     node = ready(cls, context)
     assert hear(context, node) is None
     assert hear(context, node, SUBSCRIBERS[cls][1]) == node.exec_out
@@ -84,7 +84,7 @@ def test_it_fires_with_a_message_and_not_without(cls: type[SubscriberNode], cont
 
 
 @every_subscriber
-def test_outputs_stay_until_a_stop_sets_them_back(cls: type[SubscriberNode], context: RecordingContext) -> None:
+def test_outputs_keep_their_values_until_a_stop(cls: type[SubscriberNode], context: RecordingContext) -> None:
     node = ready(cls, context)
     before = outputs(node)
     hear(context, node, SUBSCRIBERS[cls][1])
@@ -97,7 +97,7 @@ def test_outputs_stay_until_a_stop_sets_them_back(cls: type[SubscriberNode], con
 
 
 @every_subscriber
-def test_the_newest_of_several_is_delivered_and_the_others_are_counted(cls: type[SubscriberNode]) -> None:
+def test_only_the_newest_of_several_messages_is_output_and_the_others_are_counted(cls: type[SubscriberNode]) -> None:
     context, alone = RecordingContext(), RecordingContext()
     node, spared = ready(cls, context), ready(cls, alone)
     _, message, other = SUBSCRIBERS[cls]
@@ -108,14 +108,14 @@ def test_the_newest_of_several_is_delivered_and_the_others_are_counted(cls: type
 
 
 @every_subscriber
-def test_quality_of_service_is_that_of_the_ports(cls: type[SubscriberNode], context: RecordingContext) -> None:
+def test_the_qos_comes_from_the_inputs(cls: type[SubscriberNode], context: RecordingContext) -> None:
     ready(cls, context, queue_size=3)
     ready(cls, context, queue_size=3, qos_profile='{"depth": 1, "reliability": "bestEffort"}')
     assert [claim.qos for claim in context.services.claims] == [QoS(depth=3), QoS(depth=1, reliability="bestEffort")]
 
 
 @every_subscriber
-def test_namespaces_are_collected_above_the_nodes_prim_unless_one_is_given(cls: type[SubscriberNode]) -> None:
+def test_the_namespace_is_collected_from_the_ancestors_of_the_node_unless_given(cls: type[SubscriberNode]) -> None:
     context = RecordingContext("/robot/graph/Subscribe")
     context.world.add_robot("/robot")
     context.world.stage.find("/robot").namespace = "robot_1"
@@ -126,7 +126,7 @@ def test_namespaces_are_collected_above_the_nodes_prim_unless_one_is_given(cls: 
 
 @every_subscriber
 @pytest.mark.parametrize("inputs", [{"topic_name": ""}, {"topic_name": "a b"}, {"qos_profile": "{"}])
-def test_what_ros_refuses_is_refused_in_setup(cls: type[SubscriberNode], inputs: dict[str, str]) -> None:
+def test_illegal_names_and_profiles_are_refused_in_setup(cls: type[SubscriberNode], inputs: dict[str, str]) -> None:
     with pytest.raises(TopicError):
         ready(cls, RecordingContext(), **inputs)
 
@@ -135,7 +135,7 @@ def test_what_ros_refuses_is_refused_in_setup(cls: type[SubscriberNode], inputs:
 
 
 @pytest.mark.parametrize(("sec", "nanosec", "seconds"), [(0, 0, 0.0), (2, 500_000_000, 2.5), (-1, 750_000_000, -0.25)])
-def test_a_clock_is_delivered_in_seconds(sec: int, nanosec: int, seconds: float, context: RecordingContext) -> None:
+def test_a_clock_is_output_in_seconds(sec: int, nanosec: int, seconds: float, context: RecordingContext) -> None:
     node = ready(ROS2SubscribeClock, context)
     hear(context, node, messages.Clock(messages.Time(sec, nanosec)))
     assert node.time_stamp == seconds
@@ -144,7 +144,7 @@ def test_a_clock_is_delivered_in_seconds(sec: int, nanosec: int, seconds: float,
 # Commands for joints
 
 
-def test_a_command_is_delivered_with_its_names_and_time(context: RecordingContext) -> None:
+def test_a_joint_command_is_output_with_joint_names_and_time(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeJointState, context)
     hear(context, node, joints([1, 2], [3, 4], [5, 6]))
     assert outputs(node) == [1.25, ("left", "right"), [1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]
@@ -152,7 +152,7 @@ def test_a_command_is_delivered_with_its_names_and_time(context: RecordingContex
 
 
 @pytest.mark.parametrize("velocities", [[], [1.0], [1.0, 2.0, 3.0]])
-def test_an_array_without_one_number_for_each_joint_is_not_a_number(velocities: list[float]) -> None:
+def test_an_array_without_one_number_per_joint_is_output_as_nan(velocities: list[float]) -> None:
     context = RecordingContext()
     node = ready(ROS2SubscribeJointState, context)
     assert hear(context, node, joints([1, 2], velocities, [])) == node.exec_out
@@ -171,7 +171,7 @@ def test_an_array_without_one_number_for_each_joint_is_not_a_number(velocities: 
         (joints([1, 2], [], [-math.inf, 0]), "a JointState with an infinite number"),
     ],
 )
-def test_a_command_that_says_nothing_or_too_much_is_dropped_and_told(message: Any, told: str) -> None:
+def test_an_empty_or_infinite_joint_command_is_dropped_and_logged(message: Any, told: str) -> None:
     context = RecordingContext()
     node = ready(ROS2SubscribeJointState, context)
     hear(context, node, joints([1, 2], [3, 4], [5, 6]))
@@ -181,7 +181,7 @@ def test_a_command_that_says_nothing_or_too_much_is_dropped_and_told(message: An
     assert context.logged == [("warning", f"/joint_command: {told} was dropped")]
 
 
-def test_dropped_commands_are_told_at_doubling_counts_and_counted(context: RecordingContext) -> None:
+def test_dropped_commands_are_counted_and_logged_at_counts_that_double(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeJointState, context)
     for _ in range(9):
         hear(context, node, joints([1], [], [1, 2, 3]))
@@ -192,7 +192,7 @@ def test_dropped_commands_are_told_at_doubling_counts_and_counted(context: Recor
     assert list(context.services.dropped.ticks.values()) == [9]
 
 
-def test_what_is_not_a_number_in_a_command_is_delivered(context: RecordingContext) -> None:
+def test_nan_in_a_joint_command_is_output(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeJointState, context)
     assert hear(context, node, joints([math.nan, 2], [], [])) == node.exec_out
     assert np.isnan(node.position_command).tolist() == [True, False]
@@ -201,14 +201,14 @@ def test_what_is_not_a_number_in_a_command_is_delivered(context: RecordingContex
 # Commands for a vehicle that steers
 
 
-def test_a_command_for_a_vehicle_is_delivered_whole(context: RecordingContext) -> None:
+def test_a_drive_command_is_output_completely(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeAckermannDrive, context)
     hear(context, node, drive(0.5, 0.25, 2.0, 1.0, 0.125))
     assert outputs(node) == ["base", 1.25, 0.5, 0.25, 2.0, 1.0, 0.125]
 
 
 @pytest.mark.parametrize("place", range(5))
-def test_a_command_for_a_vehicle_that_is_not_finite_is_dropped_and_told(place: int, context: RecordingContext) -> None:
+def test_a_drive_command_that_is_not_finite_is_dropped_and_logged(place: int, context: RecordingContext) -> None:
     node = ready(ROS2SubscribeAckermannDrive, context)
     numbers = [0.5, 0.25, 2.0, 1.0, 0.125]
     numbers[place] = math.nan
@@ -234,7 +234,7 @@ GRAPH = """
     """
 
 
-def test_in_a_graph_a_command_for_a_vehicle_goes_out_as_it_came(play: Player) -> None:
+def test_in_a_graph_a_drive_command_is_published_as_received(play: Player) -> None:
     playing = play.graph(GRAPH)
     playing.transport.inject("/ackermann_cmd", drive(0.1, 0.2, 0.3, 0.4, 0.5))
     playing.tick(2)

@@ -35,7 +35,9 @@ from tests.nodes.harness import Player, computed, ready
         ),
     ],
 )
-def test_simulation_time(inputs: dict[str, Any], plays: list[int], expected: float, context: RecordingContext) -> None:
+def test_simulation_time_counts_from_play_or_from_the_start_of_the_session(
+    inputs: dict[str, Any], plays: list[int], expected: float, context: RecordingContext
+) -> None:
     node = ready(IsaacReadSimulationTime, context, **inputs)
     for ticks in plays:
         context.stop(node)
@@ -45,7 +47,7 @@ def test_simulation_time(inputs: dict[str, Any], plays: list[int], expected: flo
     assert node.simulation_time == expected
 
 
-def test_reset_on_stop_acts_when_it_is_set(context: RecordingContext) -> None:
+def test_a_changed_reset_on_stop_takes_effect(context: RecordingContext) -> None:
     node = ready(IsaacReadSimulationTime, context)
     context.tick(90)
     context.stop(node)
@@ -59,7 +61,7 @@ def test_reset_on_stop_acts_when_it_is_set(context: RecordingContext) -> None:
 # IsaacReadSystemTime
 
 
-def test_system_time_is_the_wall_clock_when_the_tick_began(context: RecordingContext) -> None:
+def test_system_time_is_the_wall_time_at_the_start_of_the_tick(context: RecordingContext) -> None:
     node = ready(IsaacReadSystemTime, context)
     assert node.system_time == 0.0
     context.clock.wall_time = 1.7e9
@@ -90,7 +92,7 @@ def test_an_annotator_reads_simulation_time_when_it_is_executed(context: Recordi
 
 
 @pytest.mark.parametrize("kind", ["simulation", "system"])
-def test_everything_that_reads_a_time_in_a_tick_reads_the_same(play: Player, kind: str) -> None:
+def test_all_nodes_read_the_same_time_in_a_tick(play: Player, kind: str) -> None:
     playing = play.graph(
         f"""
         nodes:
@@ -126,7 +128,7 @@ def split(time: Any) -> tuple[int, int, int, int]:
 
 
 @given(st.integers(0, 2**31 - 1), st.integers(0, 10**9 - 1))
-def test_parts_are_those_of_the_time_and_nested_in_each_other(seconds: int, nanoseconds: int) -> None:
+def test_the_outputs_of_the_splitter_are_consistent_parts_of_the_time(seconds: int, nanoseconds: int) -> None:
     whole, ms, us, ns = split(seconds + nanoseconds / 1e9)
     assert abs(whole + ns / 1e9 - (seconds + nanoseconds / 1e9)) <= 1e-9 + 1e-15 * seconds
     assert (ms, us) == (ns // 1_000_000, ns // 1_000)
@@ -134,17 +136,17 @@ def test_parts_are_those_of_the_time_and_nested_in_each_other(seconds: int, nano
 
 
 @given(st.floats(-1e6, 1e6))
-def test_a_split_time_is_the_stamp_of_that_time(time: float) -> None:
+def test_the_splitter_outputs_the_seconds_and_nanoseconds_of_the_stamp(time: float) -> None:
     seconds, _, _, nanoseconds = split(time)
     assert messages.stamp(time) == messages.Time(seconds, nanoseconds)
 
 
 @given(st.integers(0, 2**31 - 1))
-def test_a_whole_number_has_nothing_beyond_its_seconds(seconds: int) -> None:
+def test_a_whole_number_of_seconds_has_no_remainder(seconds: int) -> None:
     assert split(seconds) == (seconds, 0, 0, 0)
 
 
-def test_in_a_graph_the_splitter_takes_what_is_wired_to_it(play: Player) -> None:
+def test_in_a_graph_the_splitter_splits_a_wired_time(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: OnPlaybackTick, Time: ReadSimulationTime, Split: TimeSplitter, Clock: PublishClock}
@@ -173,15 +175,15 @@ def factors(*wall_times: float, ticks: int = 1) -> list[float]:
     return found
 
 
-def test_the_factor_compares_simulation_with_the_wall_clock() -> None:
+def test_the_real_time_factor_is_simulation_time_divided_by_wall_time() -> None:
     assert factors(100.0, 100.5, 102.5, ticks=60) == pytest.approx([0.0, 2.0, 0.5])
 
 
-def test_the_factor_is_kept_while_a_clock_stands_still_or_is_set_back() -> None:
+def test_the_real_time_factor_is_kept_while_a_clock_stands_still_or_is_set_back() -> None:
     assert factors(100.0, 100.5, 100.5, 90.0, 91.0, ticks=60) == pytest.approx([0.0, 2.0, 2.0, 2.0, 1.0])
 
 
-def test_in_a_tick_of_several_steps_the_factor_is_that_of_whole_ticks() -> None:
+def test_in_ticks_of_several_steps_the_real_time_factor_is_computed_over_whole_ticks() -> None:
     # The wall clock is read once a tick; four steps of 1/60 s a tick, whose wall clock goes on by 1/15 s.
     walls = [10.0 + tick / 15 for tick in range(4) for _ in range(4)]
     assert factors(*walls)[4:] == pytest.approx([1.0] * 12)
@@ -197,7 +199,7 @@ def test_reading_twice_in_a_tick_changes_nothing(context: RecordingContext) -> N
     assert node.rtf == pytest.approx(2.0)
 
 
-def test_in_a_graph_an_annotator_and_the_factor_are_read_and_a_stop_forgets_them(play: Player) -> None:
+def test_in_a_graph_a_stop_resets_the_annotator_and_the_real_time_factor(play: Player) -> None:
     playing = play.graph(
         """
         nodes:

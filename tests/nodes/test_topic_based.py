@@ -113,7 +113,7 @@ def connected(play: Player) -> Connected:
     return Connected(play)
 
 
-def test_the_element_has_the_joints_that_take_commands_with_the_same_interfaces_and_their_starts(
+def test_the_ros2_control_element_lists_commanded_joints_with_interfaces_and_initial_values(
     tmp_path: Path,
 ) -> None:
     system = ElementTree.fromstring(element(tmp_path))

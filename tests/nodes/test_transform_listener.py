@@ -53,7 +53,7 @@ def near(found: tuple[Vector3, Quaternion], position: Vector3, orientation: Quat
 
 
 # isaacsim.ros2.nodes/python/tests/test_subscribers.py, test_transform_tree_subscriber
-def test_a_prim_goes_where_each_message_says() -> None:
+def test_a_prim_moves_to_the_pose_of_each_message() -> None:
     bench = Bench()
     for step in range(10):
         a = math.sin(step / 2) / math.sqrt(3)
@@ -64,7 +64,7 @@ def test_a_prim_goes_where_each_message_says() -> None:
         assert near(bench.box.pose(), place, turn)
 
 
-def test_a_place_is_relative_to_where_the_parent_is_then() -> None:
+def test_a_pose_is_relative_to_the_current_pose_of_the_parent() -> None:
     bench = Bench()
     bench.hear([edge("cart", "box", (2.0, 0.0, 0.0), yaw(0.5))])
     assert near(bench.box.pose(), (1.0, 2.0, 0.0), yaw(math.pi / 2 + 0.5))
@@ -72,7 +72,7 @@ def test_a_place_is_relative_to_where_the_parent_is_then() -> None:
     assert near(bench.box.pose(), (2.0, 0.0, 3.0), IDENTITY)
 
 
-def test_of_all_messages_of_a_tick_the_newest_of_each_child_counts_and_it_fires_once() -> None:
+def test_the_newest_transform_of_each_child_in_a_tick_is_used_and_the_node_fires_once() -> None:
     bench = Bench()
     cart, box = [edge("world", "cart", (float(x), 0.0, 0.0)) for x in (4, 5)], edge("cart", "box", (1.0, 2.0, 3.0))
     others = [edge("odom", "box", (9.0, 0.0, 0.0)), edge("world", "cart_2")]
@@ -81,14 +81,14 @@ def test_of_all_messages_of_a_tick_the_newest_of_each_child_counts_and_it_fires_
     assert near(bench.box.pose(), (6.0, 2.0, 3.0), IDENTITY)
 
 
-def test_frames_that_are_not_in_the_map_do_not_count() -> None:
+def test_transforms_of_frames_outside_the_map_are_ignored() -> None:
     bench = Bench()
     assert bench.hear([edge("odom", "box"), edge("world", "base_link")]) == bench.node.exec_out
     assert bench.box.pose()[0] == (0.0, 0.0, 5.0)
     assert bench.context.logged == []
 
 
-def test_what_is_fixed_to_something_does_not_move_and_is_told() -> None:
+def test_a_fixed_prim_does_not_move_and_a_warning_is_logged() -> None:
     bench = Bench()
     bench.hear([edge("world", "mark")])
     assert bench.context.logged == [
@@ -110,7 +110,7 @@ def test_what_is_fixed_to_something_does_not_move_and_is_told() -> None:
         edge("box", "box", (1.0, 0.0, 0.0)),
     ],
 )
-def test_a_transform_that_is_none_is_dropped_and_told_and_the_others_count(bad: Any) -> None:
+def test_an_invalid_transform_is_dropped_and_logged_and_the_others_are_used(bad: Any) -> None:
     bench = Bench()
     assert bench.hear([bad, edge("world", "cart", (4.0, 0.0, 0.0))]) == bench.node.exec_out
     assert bench.box.pose()[0] == (0.0, 0.0, 5.0)
@@ -119,14 +119,14 @@ def test_a_transform_that_is_none_is_dropped_and_told_and_the_others_count(bad: 
     assert bench.context.logged == [("warning", told)]
 
 
-def test_two_frames_that_lead_to_each_other_do_not_lead_out_of_the_world() -> None:
+def test_transforms_between_two_frames_in_both_directions_keep_the_prims_within_the_world() -> None:
     bench = Bench()
     for _ in range(30):
         bench.hear([edge("box", "cart", (9e8, 0.0, 0.0)), edge("cart", "box", (9e8, 0.0, 0.0))])
     assert max(abs(x) for body in (bench.box, bench.cart) for x in body.pose()[0]) <= 1e9
 
 
-def test_a_rotation_that_is_almost_of_length_1_is_taken_for_one() -> None:
+def test_a_quaternion_of_almost_length_1_is_normalized() -> None:
     bench = Bench()
     bench.hear([edge("world", "box", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.004))])
     assert bench.box.pose()[1] == (0.0, 0.0, 0.0, 1.0)
@@ -148,12 +148,12 @@ def test_a_rotation_that_is_almost_of_length_1_is_taken_for_one() -> None:
         ),
     ],
 )
-def test_a_map_that_cannot_be_gone_by_is_refused_in_setup(inputs: dict[str, Any], fault: str) -> None:
+def test_an_invalid_map_is_refused_in_setup(inputs: dict[str, Any], fault: str) -> None:
     with pytest.raises((ContextError, PrimError), match=fault):
         Bench(**inputs)
 
 
-def test_of_the_namespaces_only_the_outermost_counts() -> None:
+def test_only_the_outermost_namespace_is_used() -> None:
     context = RecordingContext("/robot/arm/graph/Subscribe")
     context.world.add_robot("/robot")
     context.world.stage.find("/robot").namespace = "outer"
@@ -165,7 +165,7 @@ def test_of_the_namespaces_only_the_outermost_counts() -> None:
 # With physics
 
 
-def test_a_box_hangs_in_the_air_until_a_stop(play: Player) -> None:
+def test_a_box_moved_into_the_air_stays_there_until_a_stop(play: Player) -> None:
     files = scenes.cube_on_the_floor(5.0)
     files["graph.yaml"] = """
         graph: graph
@@ -224,7 +224,7 @@ def test_a_robot_follows_another_by_its_tf(play: Player) -> None:
     assert abs(pose("robot", links[-1])[1][2]) > 0.1
 
 
-def test_who_reads_a_pose_in_the_same_pass_reads_it_after_it_was_changed() -> None:
+def test_a_reader_in_the_same_pass_gets_the_changed_pose() -> None:
     def made(cls: Any, **inputs: Any) -> Any:
         return cls(**inputs)
 

@@ -81,7 +81,7 @@ def robot_with_two_wheels(context: RecordingContext) -> None:
 
 
 @pytest.mark.parametrize("target", ["/robot", "/robot/Geometry/base_link", "/robot/base_link"])
-def test_what_stands_for_a_robot_gives_every_link_by_kinematics_and_no_sensor(target: str) -> None:
+def test_a_robot_as_target_gives_its_links_in_kinematic_order_without_sensors(target: str) -> None:
     context = RecordingContext()
     robot_with_two_wheels(context)
     expected = [
@@ -110,7 +110,7 @@ def test_poses_are_relative_to_the_parent(
 
 
 @given(body=poses, mount=poses, sensor=poses)
-def test_what_physics_does_not_know_moves_with_the_body_that_carries_it(
+def test_a_prim_without_physics_moves_with_the_body_that_carries_it(
     body: tuple[Vector3, Quaternion], mount: tuple[Vector3, Quaternion], sensor: tuple[Vector3, Quaternion]
 ) -> None:
     context = RecordingContext()
@@ -123,7 +123,9 @@ def test_what_physics_does_not_know_moves_with_the_body_that_carries_it(
 
 
 @given(pose=poses)
-def test_a_camera_turns_by_half_about_x_and_a_lidar_does_not(pose: tuple[Vector3, Quaternion]) -> None:
+def test_the_frame_of_a_camera_is_turned_by_180_degrees_about_x_and_a_lidars_is_not(
+    pose: tuple[Vector3, Quaternion],
+) -> None:
     context = RecordingContext()
     for kind in ("camera", "lidar"):
         context.world.stage.add(f"/{kind}", kind, position=pose[0], orientation=pose[1])
@@ -146,7 +148,7 @@ def test_every_execution_reads_the_poses_of_its_tick_into_new_arrays(context: Re
 
 
 @given(pose=poses)
-def test_the_raw_transform_is_copied(pose: tuple[Vector3, Quaternion]) -> None:
+def test_the_raw_transform_is_published_unchanged(pose: tuple[Vector3, Quaternion]) -> None:
     values = {"translation": pose[0], "rotation_in": pose[1], "time_stamp": 1.5}
     node = ready(ROS2PublishRawTransformTree, RecordingContext(), **values)
     (edge,) = node.message().transforms
@@ -155,7 +157,7 @@ def test_the_raw_transform_is_copied(pose: tuple[Vector3, Quaternion]) -> None:
     assert (vector(edge.transform.translation), quaternion(edge.transform.rotation)) == pose
 
 
-def test_the_raw_transforms_edge_is_claimed_for_the_checks(context: RecordingContext) -> None:
+def test_the_claim_of_a_raw_transform_names_its_frames(context: RecordingContext) -> None:
     ready(ROS2PublishRawTransformTree, context, parent_frame_id="map", child_frame_id="odom")
     assert [claim.transforms for claim in context.services.claims] == [(("map", "odom"),)]
 
@@ -175,7 +177,7 @@ ARRAYS: dict[str, Any] = {
 }
 
 
-def test_arrays_go_out_in_one_message_with_one_stamp(context: RecordingContext) -> None:
+def test_arrays_are_published_in_one_message_with_one_stamp(context: RecordingContext) -> None:
     publishing(context, time_stamp=0.25, **ARRAYS).compute()
     (message,) = context.transport.messages("/tf")
     found = [(t.header.frame_id, t.child_frame_id, vector(t.transform.translation)) for t in message.transforms]
@@ -185,7 +187,9 @@ def test_arrays_go_out_in_one_message_with_one_stamp(context: RecordingContext) 
 
 
 @pytest.mark.parametrize("short", ["parent_frames", "child_frames", "translations", "orientations"])
-def test_arrays_of_different_lengths_are_an_error_and_nothing_goes_out(short: str, context: RecordingContext) -> None:
+def test_arrays_of_different_lengths_are_an_error_and_nothing_is_published(
+    short: str, context: RecordingContext
+) -> None:
     node = publishing(context, **{**ARRAYS, short: ARRAYS[short][:1]})
     with pytest.raises(
         ValueError, match="parentFrames, childFrames, translations, orientations must be of the same length"
@@ -217,7 +221,7 @@ LOOPS = [
 
 
 @pytest.mark.parametrize(("target", "computed", "published"), LOOPS)
-def test_a_parent_among_the_targets_gives_an_edge_to_itself_where_isaac_sim_does(
+def test_a_parent_among_the_targets_gives_an_edge_to_itself_as_in_isaac_sim(
     target: str, computed: bool, published: bool, context: RecordingContext
 ) -> None:
     robot_with_two_wheels(context)
@@ -245,14 +249,14 @@ def test_without_arrays_and_targets_setup_is_refused() -> None:
         publishing(RecordingContext())
 
 
-def test_in_a_graph_the_frames_of_a_compute_node_are_claimed_before_the_first_tick(play: Player) -> None:
+def test_in_a_graph_the_claim_names_the_frames_of_a_compute_node_before_the_first_tick(play: Player) -> None:
     playing = play.shipped("tutorial/joint_states", dd100())
     claimed = {claim.topic: claim.transforms for claim in playing.session.services.claims if claim.transforms}
     assert claimed["/dd100_0000/tf_static"] == (("chassis_link", "sim_lidar"),)
     assert claimed["/dd100_0000/tf"] == (("odom", "base_link"),)
 
 
-def test_in_the_tutorials_graph_tf_static_goes_out_once_a_play_with_the_lidars_mount(play: Player) -> None:
+def test_in_the_tutorials_graph_tf_static_is_published_once_a_play_with_the_lidars_mount(play: Player) -> None:
     playing = play.shipped("tutorial/joint_states", dd100()).tick(5)
     playing.session.stop()
     playing.tick(5)
@@ -296,7 +300,7 @@ class Described:
         return [len(self.sent(topic)) for topic in ("tf", "tf_static", "robot_description")]
 
 
-def test_the_description_and_the_fixed_joints_go_out_once_and_stay_for_late_joiners() -> None:
+def test_the_description_and_the_fixed_joints_are_published_once_and_latched() -> None:
     described = Described()
     for _ in range(3):
         described.execute()
@@ -309,14 +313,14 @@ def test_the_description_and_the_fixed_joints_go_out_once_and_stay_for_late_join
 
 
 @pytest.mark.parametrize("frequency", [1.0, 7.0, 20.0, 60.0, 100.0])
-def test_moving_links_go_out_at_their_frequency_and_no_more_than_once_a_tick(frequency: float) -> None:
+def test_moving_links_are_published_at_their_frequency_but_at_most_once_a_tick(frequency: float) -> None:
     described = Described(publish_frequency=frequency)
     for _ in range(600):
         described.execute()
     assert described.counts[0] - min(10.0 * frequency, 600.0) in (0.0, 1.0)
 
 
-def test_moving_links_are_where_they_are() -> None:
+def test_the_transforms_of_moving_links_are_their_current_poses() -> None:
     described = Described()
     world = described.context.world
     world.body(world.stage.find("/robot/base_link/wheel")).orientation = yaw(0.5)
@@ -328,7 +332,7 @@ def test_moving_links_are_where_they_are() -> None:
     assert np.allclose(quaternion(edge.transform.rotation), yaw(0.5))
 
 
-def test_after_a_stop_the_robots_state_goes_out_again() -> None:
+def test_after_a_stop_the_robot_state_is_published_again() -> None:
     described = Described()
     described.execute(100)
     described.context.stop(described.node)
@@ -336,7 +340,7 @@ def test_after_a_stop_the_robots_state_goes_out_again() -> None:
     assert described.counts == [2, 2, 2]
 
 
-def test_a_robots_state_goes_out_again_when_its_frequency_is_set() -> None:
+def test_the_robot_state_is_published_again_when_its_frequency_changes() -> None:
     described = Described()
     described.execute(600)
     described.context.close()
@@ -347,14 +351,14 @@ def test_a_robots_state_goes_out_again_when_its_frequency_is_set() -> None:
 
 
 @pytest.mark.parametrize("frequency", [0.0, -1.0, math.nan, math.inf, 1e308])
-def test_a_frequency_that_is_none_is_refused_in_setup(frequency: float) -> None:
+def test_an_invalid_frequency_is_refused_in_setup(frequency: float) -> None:
     described = Described()
     described.node.publish_frequency = frequency
     with pytest.raises(ValueError, match="publishFrequency must be above 0 and at most 1e9 Hz"):
         described.node.setup(described.context)
 
 
-def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
+def test_the_shipped_graph_of_the_robot_state_works_for_any_robot(play: Player) -> None:
     playing = play.shipped("robot_state", dd100()).tick()
     topics = {claim.topic for claim in playing.session.services.claims}
     assert topics == {"/dd100_0000/robot_description", "/dd100_0000/tf_static", "/dd100_0000/tf"}
@@ -364,7 +368,7 @@ def test_in_a_graph_robot_state_ships_for_any_robot(play: Player) -> None:
 
 
 @given(carrier=poses, mounted=poses)
-def test_a_world_pose_is_that_of_all_that_carries_the_prim(
+def test_a_world_pose_includes_the_poses_of_all_carriers(
     carrier: tuple[Vector3, Quaternion], mounted: tuple[Vector3, Quaternion]
 ) -> None:
     context = RecordingContext()
@@ -375,14 +379,14 @@ def test_a_world_pose_is_that_of_all_that_carries_the_prim(
     assert node.scale == (1.0, 1.0, 1.0)
 
 
-def test_before_it_is_read_a_world_pose_has_the_references_defaults(context: RecordingContext) -> None:
+def test_before_the_first_computation_a_world_pose_has_isaac_sims_defaults(context: RecordingContext) -> None:
     context.world.add_body("/body", (1.0, 2.0, 3.0))
     node = ready(IsaacReadWorldPose, context, prim="/body")
     assert (node.translation, node.orientation) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     assert node.scale == (0.0, 0.0, 0.0)
 
 
-def test_in_a_graph_a_world_pose_is_that_of_the_tick(play: Player) -> None:
+def test_in_a_graph_a_world_pose_is_the_pose_of_the_current_tick(play: Player) -> None:
     world = dd100()
     playing = play.graph(
         """
@@ -400,6 +404,6 @@ def test_in_a_graph_a_world_pose_is_that_of_the_tick(play: Player) -> None:
 
 
 @pytest.mark.parametrize(("cls", "port"), [(IsaacReadWorldPose, "prim"), (IsaacComputeTransformTree, "target_prims")])
-def test_a_prim_that_is_not_there_is_refused(cls: Any, port: str) -> None:
+def test_an_unknown_prim_is_refused(cls: Any, port: str) -> None:
     with pytest.raises(PrimError, match="/nowhere"):
         ready(cls, RecordingContext(), **{port: "/nowhere"})

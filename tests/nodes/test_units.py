@@ -26,7 +26,7 @@ def test_in_a_graph_a_length_keeps_its_type_too(play: Player, conversion: str) -
     assert shown(play, "double[3] Scale.result", nodes) == (1.0, 2.0, 3.0)
 
 
-def test_in_a_graph_there_are_two_ways(play: Player) -> None:
+def test_in_a_graph_an_unknown_conversion_is_refused_with_the_two_legal_conversions(play: Player) -> None:
     with pytest.raises(CheckError, match="expected one of Convert to stage units, Convert to meters"):
         shown(
             play,

@@ -37,7 +37,7 @@ def test_a_change_is_an_event_of_the_next_tick_only(context: RecordingContext) -
     assert seen == [False, True, False, True]
 
 
-def test_a_number_that_stays_none_does_not_change() -> None:
+def test_a_number_that_stays_nan_does_not_change() -> None:
     variable = Variable(float("nan"))
     variable.value = float("nan")
     variable.freeze()
@@ -45,7 +45,7 @@ def test_a_number_that_stays_none_does_not_change() -> None:
 
 
 @pytest.mark.parametrize(("port_type", "value"), [("double[2]", "[0.0, .nan]"), ("double[]", "[.nan]")])
-def test_a_variable_that_stays_no_number_does_not_change(play: Player, port_type: str, value: str) -> None:
+def test_a_variable_that_stays_nan_fires_no_change(play: Player, port_type: str, value: str) -> None:
     text = COUNTING.format(type=f"'{port_type}'", default=value, value=f"{{type: '{port_type}', value: {value}}}")
     playing = play.graph(text).tick(4)
     assert playing.node("Count").count == 0
@@ -74,7 +74,7 @@ connections: [Tick.tick -> Write.execIn, Changed.changed -> Count.execIn]
         ("target", "[/a]", "[/b, /c]", ("/b", "/c")),
     ],
 )
-def test_a_literal_is_of_the_type_of_the_variable(
+def test_a_literal_gets_the_type_of_the_variable(
     play: Player, type_name: str, default: str, value: str, expected: object
 ) -> None:
     playing = play.graph(COUNTING.format(type=f"'{type_name}'", default=default, value=value)).tick(3)

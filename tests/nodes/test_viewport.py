@@ -44,7 +44,7 @@ def show(context: RecordingContext, path: str, camera: str) -> IsaacSetCameraOnR
 @pytest.mark.parametrize(
     ("inputs", "name"), [({"name": "Front", "viewport_id": 2}, "Front"), ({"viewport_id": 2}, "2"), ({}, "Viewport")]
 )
-def test_a_viewport_is_called_by_its_name_else_by_its_id_and_0_is_the_one_there(
+def test_a_viewport_is_selected_by_name_or_id_and_id_0_is_the_existing_viewport(
     context: RecordingContext, inputs: dict[str, Any], name: str
 ) -> None:
     assert made(context, **inputs) == name
@@ -57,14 +57,14 @@ def test_each_name_has_a_render_product(context: RecordingContext) -> None:
     assert product(context, "Viewport") not in (one, two)
 
 
-def test_it_shows_the_camera_that_was_set_in_the_usual_size(context: RecordingContext) -> None:
+def test_a_viewport_shows_the_camera_that_was_set_in_the_default_size(context: RecordingContext) -> None:
     path = product(context, made(context, viewport_id=1))
     show(context, path, WIDE)
     camera = context.device(Camera, path)
     assert (camera.prim_path, camera.size) == (WIDE, (1280, 720))
 
 
-def test_another_camera_comes_with_its_execution(context: RecordingContext) -> None:
+def test_another_camera_takes_effect_when_its_node_is_executed(context: RecordingContext) -> None:
     path = product(context, made(context))
     show(context, path, WIDE)
     later = show(context, path, NARROW)
@@ -74,7 +74,7 @@ def test_another_camera_comes_with_its_execution(context: RecordingContext) -> N
 
 
 @pytest.mark.parametrize("before", [False, True])
-def test_its_size_is_the_one_that_was_set_before_or_after_the_camera(context: RecordingContext, before: bool) -> None:
+def test_the_size_can_be_set_before_or_after_the_camera(context: RecordingContext, before: bool) -> None:
     path = product(context, made(context, name="Front"))
     if not before:
         show(context, path, WIDE)
@@ -96,7 +96,7 @@ def test_a_camera_that_was_set_stays_when_the_size_changes_until_a_stop(context:
     assert (camera.prim_path, camera.size) == (WIDE, (320, 200))
 
 
-def test_the_resolution_of_no_viewport_in_particular_is_that_of_the_one_there(context: RecordingContext) -> None:
+def test_a_resolution_without_viewport_name_applies_to_the_existing_viewport(context: RecordingContext) -> None:
     ready(IsaacSetViewportResolution, context, width=100, height=50)
     path = product(context, "Viewport")
     show(context, path, WIDE)
@@ -104,12 +104,12 @@ def test_the_resolution_of_no_viewport_in_particular_is_that_of_the_one_there(co
 
 
 @pytest.mark.parametrize("size", [{"width": 0}, {"height": 8193}])
-def test_a_size_that_there_is_not_is_refused(context: RecordingContext, size: dict[str, int]) -> None:
+def test_a_size_out_of_range_is_refused(context: RecordingContext, size: dict[str, int]) -> None:
     with pytest.raises(ContextError, match="legal: width and height from 1 to 8192"):
         ready(IsaacSetViewportResolution, context, **size)
 
 
-def test_a_viewport_that_nobody_made_is_refused_with_those_there_are(context: RecordingContext) -> None:
+def test_the_error_of_an_unknown_viewport_lists_the_viewports(context: RecordingContext) -> None:
     made(context, name="Front")
     with pytest.raises(ContextError) as caught:
         product(context, "Frnt")
@@ -121,7 +121,7 @@ def test_a_viewport_without_a_camera_has_no_pictures(context: RecordingContext) 
         context.device(Camera, product(context, made(context)))
 
 
-def test_a_camera_that_is_refused_is_not_shown(context: RecordingContext, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_refused_camera_is_not_shown(context: RecordingContext, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise ContextError("too many pixels")
 

@@ -43,7 +43,7 @@ def test_a_delay_fires_in_the_first_tick_at_or_after_its_time(play: Player, dura
     assert ticks_until_done(playing) == 1 + ticks
 
 
-def test_a_delay_that_is_executed_again_waits_anew(context: RecordingContext) -> None:
+def test_an_execution_restarts_a_delay(context: RecordingContext) -> None:
     node = ready(Delay, context, duration=0.1)
     for _ in range(20):
         context.tick()
@@ -79,7 +79,7 @@ def test_a_timer_moves_a_value_from_one_end_to_the_other(context: RecordingConte
     assert (node.value, node.active) == (0.0, False)
 
 
-def test_a_timer_that_is_executed_again_moves_on(context: RecordingContext) -> None:
+def test_an_execution_during_the_motion_does_not_restart_a_timer(context: RecordingContext) -> None:
     node = computed(Timer, context, duration=0.1)
     before = node.update(), node.update()
     node.compute()
@@ -136,7 +136,7 @@ def test_a_countdown_fires_every_period_and_at_its_end() -> None:
     assert node.count == -1
 
 
-def test_a_countdown_that_is_executed_again_begins_at_0() -> None:
+def test_an_execution_restarts_a_countdown_at_0() -> None:
     node: Any = Countdown(duration=4)
     node.compute()
     for _ in range(3):
@@ -147,7 +147,7 @@ def test_a_countdown_that_is_executed_again_begins_at_0() -> None:
 
 
 @pytest.mark.parametrize("period", [0, -2])
-def test_a_period_of_no_ticks_is_one_of_one(period: int) -> None:
+def test_a_period_of_0_counts_as_1(period: int) -> None:
     node: Any = Countdown(duration=2)
     node.period = period
     node.compute()
@@ -164,7 +164,7 @@ def test_a_countdown_in_a_graph_ticks_once_a_tick(play: Player) -> None:
 # Custom events
 
 
-def test_every_event_sent_is_seen_once_in_the_next_tick_with_its_path(play: Player) -> None:
+def test_every_sent_event_is_received_once_in_the_next_tick_with_its_path(play: Player) -> None:
     playing = play.graph(
         """
         nodes:
@@ -186,7 +186,7 @@ def test_every_event_sent_is_seen_once_in_the_next_tick_with_its_path(play: Play
     assert (playing.node("Hear").path, playing.node("Wrong").count) == ("/here", 0)
 
 
-def test_an_event_goes_from_node_to_node(context: RecordingContext) -> None:
+def test_an_event_is_sent_from_node_to_node(context: RecordingContext) -> None:
     sender = ready(SendCustomEvent, context, event_name="e", path="p")
     listener = ready(OnCustomEvent, context, event_name="e")
     sender.compute()

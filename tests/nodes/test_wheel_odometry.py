@@ -99,7 +99,7 @@ def on_arc(length: float, turn: float) -> Any:
 # Wheels that do not steer
 
 
-def test_before_the_first_motion_it_is_at_the_origin_at_rest() -> None:
+def test_before_the_first_motion_the_odometry_is_at_the_origin_at_rest() -> None:
     car = two_wheels()
     assert (car.pose, car.twist) == ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert car.node.pose_covariance.tolist() == car.node.twist_covariance.tolist() == [0.0] * 36
@@ -129,7 +129,7 @@ def test_a_square_of_lines_and_turns_closes() -> None:
     assert car.node.position == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
 
 
-def test_the_wheels_of_each_side_of_a_skid_steered_base_count_with_their_mean() -> None:
+def test_a_skid_steered_base_uses_the_mean_of_the_wheels_on_each_side() -> None:
     car = Car("abcde", wheel_distance_multiplier=1.5, left_joints=["a", "b", "c"], right_joints=["d", "e"])
     car.roll({"a": 0.1, "b": 0.2, "c": 0.3, "d": 0.3, "e": 0.5})
     assert car.pose == on_arc(0.3, 0.2 / (1.5 * TRACK))
@@ -183,7 +183,7 @@ def test_mecanum_odometry_undoes_the_controller_of_rolling_wheels(twist: tuple[f
     assert car.twist == pytest.approx(twist, abs=1e-9)
 
 
-def test_a_twist_that_turns_sideways_motion_is_integrated_as_an_arc_too() -> None:
+def test_sideways_motion_with_a_turn_is_integrated_as_an_arc() -> None:
     fine, coarse = mecanum(), mecanum()
     k = (TRACK + BASE) / 2
     travel = {"front_left": -0.4 - k, "back_left": 0.4 - k, "front_right": 0.4 + k, "back_right": -0.4 + k}
@@ -213,7 +213,7 @@ def test_a_steered_wheel_in_the_middle_bends_the_path_by_its_tangent() -> None:
     assert car.pose == on_arc(1.0, turn)
 
 
-def test_a_driven_wheel_in_the_middle_stands_for_both_sides() -> None:
+def test_a_driven_wheel_in_the_middle_replaces_both_sides() -> None:
     joints: dict[str, Any] = {"left_joints": ["back"], "right_joints": ["back"], "steering_joints": ["front"]}
     car = Car(["back", "front"], kinematics="ackermann", wheel_base=BASE, wheel_distance=0.0, **joints)
     car.angles["front"] = 0.4
@@ -233,7 +233,7 @@ def test_steered_wheels_behind_turn_the_base_the_other_way() -> None:
 
 
 @given(distance=st.floats(-3.0, 3.0), resolution=st.integers(4, 4096))
-def test_the_error_of_encoders_stays_below_a_tick_however_far_it_goes(distance: float, resolution: int) -> None:
+def test_the_error_of_encoders_stays_below_a_tick_over_any_distance(distance: float, resolution: int) -> None:
     car = two_wheels(ticks_per_revolution=float(resolution))
     car.roll(sides(distance, 0.0), 50)
     assert abs(car.pose[0] - distance) <= math.tau * RADIUS / resolution + 1e-9
@@ -297,7 +297,7 @@ def test_variances_grow_in_proportion_to_the_distance_at_any_tick_rate() -> None
     assert covariance[1, 2] == pytest.approx(5e-4 * 4.0**2 / 2.0, rel=1e-3)
 
 
-def test_a_turn_on_the_spot_makes_the_heading_uncertain_alone() -> None:
+def test_a_turn_on_the_spot_increases_only_the_variance_of_the_heading() -> None:
     car = two_wheels(**VARIANCES)
     car.roll(sides(0.0, -2.0), 10)
     np.testing.assert_allclose(car.covariance(), np.diag([0.0, 0.0, 2.0 * 3e-4]), atol=1e-15)
@@ -319,7 +319,7 @@ def test_the_covariance_agrees_with_many_runs_with_slip() -> None:
 PARTS = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 
 
-def test_a_turn_whose_half_is_no_number_but_0_is_a_straight_line() -> None:
+def test_a_turn_whose_half_underflows_to_0_is_a_straight_line() -> None:
     assert moved((1.0, 2.0, 0.0), (3.0, 4.0, 5e-324)) == (4.0, 6.0, 5e-324)
 
 
@@ -373,7 +373,7 @@ def test_the_twist_is_as_uncertain_as_the_motions_of_its_window_and_the_encoders
 # Mistakes
 
 
-def test_joints_that_the_kinematics_lack_are_named() -> None:
+def test_the_error_of_missing_joints_names_the_needed_joints() -> None:
     with pytest.raises(ContextError, match="the joints do not fit mecanum kinematics") as caught:
         two_wheels(kinematics="mecanum")
     assert caught.value.help == ("set leftJoints and rightJoints, with [front, back] in each",)

@@ -59,7 +59,7 @@ def drive(world: LoadedWorld, seconds: float) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("main", ["dd100", "tutorial_dd100"])
-def test_a_robot_moves_alone_as_it_does_in_a_crowd(scene: Project, main: str) -> None:
+def test_a_robot_moves_alone_exactly_as_among_other_robots(scene: Project, main: str) -> None:
     alone = write(scene, main, "")
     crowd = write(scene, main, CROWD)
     assert len(crowd.robots) == 10

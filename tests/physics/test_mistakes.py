@@ -109,6 +109,12 @@ def test_a_file_included_twice_or_by_itself_is_reported(project: Project) -> Non
     assert "a.xml:1:24: error S102: 'world.xml' is included twice" in project.error()
 
 
+def test_a_model_that_attaches_itself_is_an_error_at_its_file_name(project: Project) -> None:
+    project.world(before='<asset><model name="a" file="a.xml"/></asset>')
+    project.write("a.xml", '<mujoco><asset><model name="a" file="a.xml"/></asset></mujoco>')
+    assert "a.xml:1:38: error S102: 'a.xml': the model contains itself" in project.error()
+
+
 PLATE, PARENT = '<link name="plate"/>', '<parent link="arm"/>'
 BALL, SIZE, MASS = '<sphere radius=".05"/>', 'size=".4 .3 .1"', '<mass value="5"/>'
 

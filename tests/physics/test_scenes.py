@@ -47,7 +47,7 @@ def test_a_scene_that_ships_loads_with_notes_at_most(name: str) -> None:
     assert loaded.simulation.settled_after is not None
 
 
-def test_the_worlds_are_what_their_program_writes(tmp_path: Path) -> None:
+def test_the_worlds_equal_the_output_of_their_program(tmp_path: Path) -> None:
     write_worlds(tmp_path)
     written = sorted(path.name for path in tmp_path.glob("*.xml"))
     assert written == sorted(path.name for path in (SHIPPED / "worlds").glob("*.xml"))
@@ -142,7 +142,7 @@ def test_the_cameras_look_ahead_with_the_sky_up(ship: Ship) -> None:
     assert position == pytest.approx((0.3, -0.0115, 0.05 + 0.0145), abs=1e-3)
 
 
-def test_fixed_transforms_are_those_that_robot_state_publisher_sends(ship: Ship) -> None:
+def test_fixed_transforms_equal_the_transforms_of_robot_state_publisher(ship: Ship) -> None:
     robot = ship("dd100_flat.yaml").robots["dd100"]
     transforms = {child: (parent, position, rotation) for parent, child, position, rotation in robot.fixed_transforms}
     assert len(transforms) == 12
@@ -226,7 +226,7 @@ def test_equipment_blocks_the_straight_way_to_the_goal_and_leaves_one_of_120_cm(
 
 
 @pytest.mark.parametrize("name", ["dd100_warehouse.yaml", "tutorial/simple_warehouse.yaml"])
-def test_loose_things_lie_on_the_floor_and_sleep(ship: Ship, name: str) -> None:
+def test_loose_bodies_lie_on_the_floor_and_sleep(ship: Ship, name: str) -> None:
     world = ship(name)
     model, data = world.simulation.model, world.simulation.data
     things = loose_things(world)
@@ -243,7 +243,7 @@ def test_loose_things_lie_on_the_floor_and_sleep(ship: Ship, name: str) -> None:
 
 @pytest.mark.parametrize("world", ["full_warehouse", "simple_warehouse"])
 @pytest.mark.parametrize("thing", ["box_02", "cone_01", "barrel"])
-def test_the_dd100_pushes_what_is_loose(project: Project, world: str, thing: str) -> None:
+def test_the_dd100_pushes_loose_bodies(project: Project, world: str, thing: str) -> None:
     world_file = mujoco.MjSpec.from_file(str(SHIPPED / f"worlds/{world}.xml"))
     bodies = {body.name: body for body in world_file.bodies if body.joints}
     name = max(body for body in bodies if body.startswith(thing))

@@ -45,7 +45,7 @@ def test_two_worlds_of_one_scene_are_the_same_bit_by_bit_and_so_is_one_after_res
     assert trajectory(one) == first
 
 
-def test_what_reset_goes_back_to_is_the_settled_state(ship: Ship) -> None:
+def test_a_reset_returns_to_the_settled_state(ship: Ship) -> None:
     world = ship("dd100_flat.yaml")
     base = world.simulation.body(world.stage.find("/dd100"))
     start = base.pose()
@@ -125,7 +125,7 @@ def test_a_joint_whose_limits_leave_out_zero_begins_at_the_nearer_one(project: P
     assert world.simulation.articulation(world.stage.find("/other")).positions().tolist() == [0.4]
 
 
-def test_settling_gives_up_on_what_never_rests(project: Project) -> None:
+def test_settling_ends_although_a_body_never_comes_to_rest(project: Project) -> None:
     wheel = '<body name="wheel" pos="3 0 1"><joint damping="0"/><geom type="cylinder" size=".1 .1"/></body>'
     pendulum = '<body name="pendulum" pos="3 0 9"><joint axis="0 1 0"/><geom pos="1 0 0" size=".1"/></body>'
     project.scene("settle: true\n").world('<body pos="9 9 9"/>', wheel, before="<keyframe/>")
@@ -136,7 +136,7 @@ def test_settling_gives_up_on_what_never_rests(project: Project) -> None:
     assert findings.items[-1].help == ("pendulum moves, and touches nothing",)
 
 
-def test_settling_does_not_hide_what_a_robot_stood_in(project: Project) -> None:
+def test_settling_does_not_hide_an_initial_overlap_of_a_robot(project: Project) -> None:
     box = '<geom name="plate" type="box" size=".1 .1 .05" pos="0 0 .05"/>'
     _, findings = project.scene("settle: true\n").world(box).load_with_findings()
     assert [(finding.code, finding.message) for finding in findings.warnings] == [
@@ -151,7 +151,7 @@ def test_closing_twice_is_safe(ship: Ship) -> None:
 
 
 @pytest.mark.parametrize("world", ["full_warehouse", "simple_warehouse"])
-def test_robots_never_sleep_though_things_in_both_halls_do(project: Project, world: str) -> None:
+def test_robots_never_sleep_although_loose_bodies_in_both_halls_do(project: Project, world: str) -> None:
     # one with drives, and one with none at all, whose contact sensor feels its weight after seconds of rest
     touch = "sensors: {touch: {type: contact, profile: contact, parent: base_link}}\n"
     project.write("idle.yaml", "robot: bot\nurdf: bot.urdf\n" + touch)
@@ -175,7 +175,7 @@ def test_robots_never_sleep_though_things_in_both_halls_do(project: Project, wor
 
 
 @pytest.mark.parametrize("sleep", ["auto", "init"])
-def test_what_sleeps_feels_that_gravity_changes(project: Project, sleep: str) -> None:
+def test_a_change_of_gravity_wakes_sleeping_bodies(project: Project, sleep: str) -> None:
     crate = f'<body name="crate" pos="3 0 .1" sleep="{sleep}"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
     loaded = project.world(crate, before='<option><flag sleep="enable"/></option>').load()
     simulation, crate_body = loaded.simulation, loaded.simulation.body(loaded.stage.find("/World/crate"))

@@ -36,30 +36,30 @@ def told(recorded: Any, replayed: Any) -> list[str]:
     return [str(found) for found in differences(*pair, messages.message_type(recorded))]
 
 
-def test_a_nested_field_has_its_whole_name() -> None:
+def test_a_nested_field_has_its_full_name() -> None:
     assert told(pose(1.0), pose(1.0000000000000002)) == [
         "position.x: recorded 1.0, replayed 1.0000000000000002",
     ]
 
 
-def test_every_field_that_differs_is_told() -> None:
+def test_every_field_that_differs_is_reported() -> None:
     assert told(pose(1.0), pose(2.0, 0.5)) == [
         "position.x: recorded 1.0, replayed 2.0",
         "orientation.w: recorded 1.0, replayed 0.5",
     ]
 
 
-def test_of_an_array_the_first_element_is_told_and_how_many_there_are() -> None:
+def test_the_first_different_element_of_an_array_is_reported_with_the_number_of_others() -> None:
     assert told(scan(1, 2, 3, 4), scan(1, 5, 3, 6)) == [
         "ranges[1]: recorded 2.0, replayed 5.0 (and 1 more of 4 elements)"
     ]
 
 
-def test_arrays_of_two_lengths_are_told_by_length() -> None:
+def test_arrays_of_different_lengths_are_reported_with_both_lengths() -> None:
     assert told(scan(1, 2), scan(1, 2, 3)) == ["len(ranges): recorded 2, replayed 3"]
 
 
-def test_text_is_told_in_quotes() -> None:
+def test_text_is_reported_in_quotes() -> None:
     assert told(scan(frame="a"), scan(frame="b")) == ["header.frame_id: recorded 'a', replayed 'b'"]
 
 
@@ -70,11 +70,11 @@ def test_messages_in_a_list_have_an_index() -> None:
     assert told(transforms("a"), transforms("a", "b")) == ["len(transforms): recorded 1, replayed 2"]
 
 
-def test_infinity_and_nan_are_themselves() -> None:
+def test_equal_infinities_and_nans_are_no_difference() -> None:
     assert told(scan(math.inf, math.nan, 1), scan(math.inf, math.nan, 2)) == ["ranges[2]: recorded 1.0, replayed 2.0"]
 
 
-def test_a_negative_zero_is_another_number() -> None:
+def test_zero_differs_from_negative_zero() -> None:
     assert told(pose(0.0), pose(-0.0)) == ["position.x: recorded 0.0, replayed -0.0"]
     assert told(scan(0.0), scan(-0.0)) == ["ranges[0]: recorded 0.0, replayed -0.0"]
 
@@ -86,11 +86,11 @@ def test_a_negative_zero_is_another_number() -> None:
         (b"\0\1\0\0", b"\0\1\0\0\0", "size: recorded 4 bytes, replayed 5 bytes"),
     ],
 )
-def test_what_cannot_be_decoded_is_told_by_its_bytes(recorded: bytes, replayed: bytes, expected: str) -> None:
+def test_undecodable_messages_are_compared_byte_by_byte(recorded: bytes, replayed: bytes, expected: str) -> None:
     assert [str(found) for found in differences(recorded, replayed, "std_msgs/msg/String")] == [expected]
 
 
-def test_padding_that_differs_is_told_by_its_byte() -> None:
+def test_different_padding_is_reported_as_a_byte() -> None:
     data = messages.encode(messages.String("a"))
     changed = data[:-1] + b"\7"
     assert len(data) % 4 == 0
@@ -99,5 +99,5 @@ def test_padding_that_differs_is_told_by_its_byte() -> None:
     ]
 
 
-def test_a_type_that_is_not_known_is_told_by_its_bytes() -> None:
+def test_messages_of_unknown_types_are_compared_byte_by_byte() -> None:
     assert [found.field for found in differences(b"a", b"b", "my_msgs/msg/Unknown")] == ["byte 0 of 1"]

@@ -17,7 +17,7 @@ INFINITE = {"sec": 9223372036, "nsec": 854775807}
 
 
 @given(st.integers(0, 10**12), st.integers(1, 1000), st.integers(1, 10_000))
-def test_a_tick_is_found_again_by_its_time(tick: int, numerator: int, denominator: int) -> None:
+def test_a_ticks_time_converts_back_to_the_tick(tick: int, numerator: int, denominator: int) -> None:
     times = TickTimes((numerator, denominator))
     exact = Fraction(tick * numerator, denominator) * 10**9
     assert 0 <= exact - times.nanoseconds(tick) < 1
@@ -57,22 +57,22 @@ def test_every_policy_has_its_number(qos: QoS, expected: dict[str, object]) -> N
 
 
 @pytest.mark.parametrize("known", [False, True])
-def test_a_stream_is_found_again_by_its_channel(known: bool) -> None:
+def test_a_streams_channel_converts_back_to_the_stream(known: bool) -> None:
     stream = Stream("/a", "std_msgs/msg/String", QoS(), known)
     found = Stream.of_channel(stream.channel, stream.message_type, stream.metadata())
     assert found is not None
     assert (found.topic, found.message_type, found.known) == ("/a", "std_msgs/msg/String", known)
 
 
-def test_what_a_topic_has_already_is_out_of_sight_of_ros() -> None:
+def test_the_channel_of_known_messages_is_hidden_in_ros() -> None:
     assert Stream("/a", "std_msgs/msg/String").channel == "/a"
     assert Stream("/a", "std_msgs/msg/String", known=True).channel == "/_graphengine/delivered/a"
 
 
-def test_a_channel_of_another_program_is_no_stream() -> None:
+def test_a_channel_of_another_program_has_no_stream() -> None:
     assert Stream.of_channel("/a", "std_msgs/msg/String", {"offered_qos_profiles": ""}) is None
 
 
-def test_what_ended_a_run_is_told_without_the_place_in_a_file() -> None:
+def test_the_failure_of_a_run_has_no_file_position() -> None:
     error = RuntimeError("/home/alice/drive.yaml:12:3: node Sum raised ValueError: 1:2:3: no\n  at tick 7")
     assert failure_of(error) == "node Sum raised ValueError: 1:2:3: no"

@@ -20,7 +20,7 @@ QUEUES = st.lists(
 
 
 @given(QUEUES)
-def test_each_subscription_finds_its_own_messages_in_its_own_order(queues: list[tuple[str, list[bytes]]]) -> None:
+def test_each_subscription_gets_its_messages_in_its_order(queues: list[tuple[str, list[bytes]]]) -> None:
     arrived = [(claim(f"/node{index}", topic), data) for index, (topic, data) in enumerate(queues)]
     found = merged(arrived)
     for one, data in arrived:
@@ -28,11 +28,11 @@ def test_each_subscription_finds_its_own_messages_in_its_own_order(queues: list[
     assert all(len({one.topic for one in claims}) == 1 for claims, _ in found)
 
 
-def test_what_all_saw_in_turn_is_there_once() -> None:
+def test_messages_that_all_received_in_the_same_order_occur_once() -> None:
     claims = [claim("/one"), claim("/other")]
     assert merged([(one, [b"1", b"2"]) for one in claims]) == [(claims, b"1"), (claims, b"2")]
 
 
-def test_what_one_saw_later_is_there_for_it_alone() -> None:
+def test_a_message_that_one_received_later_occurs_for_it_alone() -> None:
     one, other = claim("/one"), claim("/other")
     assert merged([(one, [b"1", b"2"]), (other, [b"1"])]) == [([one, other], b"1"), ([one], b"2")]

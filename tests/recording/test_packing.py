@@ -78,25 +78,25 @@ def test_a_packed_scene_sends_the_same_bytes_without_its_files(tmp_path: Path) -
     assert any(here)
 
 
-def test_a_packed_scene_names_no_path_of_this_machine(tmp_path: Path) -> None:
+def test_a_packed_scene_contains_no_path_of_this_machine(tmp_path: Path) -> None:
     packed = PackedScene.of(build.load(project(tmp_path / "project")))
     assert str(tmp_path) not in repr((packed.given, packed.scene, packed.options, list(packed.files)))
     assert packed.given == "project/project/scene.yaml"
 
 
-def test_a_file_that_has_gone_meanwhile_is_named(tmp_path: Path) -> None:
+def test_the_error_names_a_file_that_was_deleted_meanwhile(tmp_path: Path) -> None:
     scene = build.load(project(tmp_path / "project"))
     (tmp_path / "project" / "tick.yaml").unlink()
     with pytest.raises(RecordingError, match=r"tick\.yaml: cannot be read again"):
         PackedScene.of(scene)
 
 
-def test_the_rays_that_lidars_see_with_are_packed() -> None:
+def test_the_ray_casting_method_of_lidars_is_packed() -> None:
     assert PackedScene.of(assemble("dd100_flat")).options.rays in ("fast", "mujoco")
 
 
 @pytest.mark.parametrize(("kind", "profile"), [("radar", "radar_77ghz"), ("range", "hc_sr04")])
-def test_the_rays_of_other_sensors_are_packed(tmp_path: Path, kind: str, profile: str) -> None:
+def test_the_ray_casting_method_of_other_sensors_is_packed(tmp_path: Path, kind: str, profile: str) -> None:
     sensor = f"sensors: {{eye: {{type: {kind}, profile: {profile}, parent: base_link}}}}\n"
     write(tmp_path, MECANUM.files(sensor) | {"world.xml": FLOOR, "scene.yaml": ON_THE_FLOOR.format(height=0.05)})
     assert PackedScene.of(build.load(tmp_path / "scene.yaml")).options.rays in ("fast", "mujoco")

@@ -108,7 +108,7 @@ def played(straight: Straight) -> Iterator[RecordingPlayer]:
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(tick=st.integers(0, TICKS - 1))
-def test_after_a_seek_all_is_as_in_the_run(straight: Straight, played: RecordingPlayer, tick: int) -> None:
+def test_after_a_seek_the_state_equals_that_of_the_run(straight: Straight, played: RecordingPlayer, tick: int) -> None:
     played.show(tick)
     assert (played.position, played.complete, played.difference) == (tick, True, None)
     assert state_of(played.session) == straight.states[tick]
@@ -129,7 +129,7 @@ def test_after_a_seek_the_same_bytes_are_sent(straight: Straight, played: Record
 
 @settings(max_examples=3, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(moves=st.lists(st.tuples(st.integers(1, 40), st.integers(0, TICKS)), min_size=3, max_size=8))
-def test_the_displayed_state_stays_while_the_replay_goes_on(straight: Straight, moves: list[tuple[int, int]]) -> None:
+def test_the_displayed_state_stays_while_the_replay_continues(straight: Straight, moves: list[tuple[int, int]]) -> None:
     with playing(straight.path) as player:
         for built, (ticks, tick) in zip(itertools.accumulate(ticks for ticks, _ in moves), moves, strict=True):
             for _ in range(ticks):
@@ -144,7 +144,7 @@ def test_the_displayed_state_stays_while_the_replay_goes_on(straight: Straight, 
         assert (player.built, player.difference) == (TICKS, None)
 
 
-def test_without_time_a_seek_goes_part_of_the_way(played: RecordingPlayer) -> None:
+def test_a_seek_without_enough_time_stops_at_an_earlier_tick(played: RecordingPlayer) -> None:
     played.show(0)
     played.show(7, 0.0)
     assert 0 < played.position < 7
@@ -170,7 +170,7 @@ def test_commands_and_resets_are_marked(played: RecordingPlayer) -> None:
     assert marks[30].text.startswith("push entity dd100, force (0, 1200, 0), duration 0.01667")
 
 
-def test_a_contact_of_a_robot_is_marked_where_it_begins(tmp_path: Path) -> None:
+def test_a_contact_of_a_robot_is_marked_at_its_beginning(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     into = parse("move", {"entity": "dd100", "position": [-7.4, 6.0, 0.025], "force": True})
     record(path, 60, "dd100_warehouse", before=at(10, lambda run: into.apply(run.session)))
@@ -180,7 +180,7 @@ def test_a_contact_of_a_robot_is_marked_where_it_begins(tmp_path: Path) -> None:
         assert contacts == [(10, "dd100 touches rack_04")]
 
 
-def test_robots_come_and_go_again(tmp_path: Path) -> None:
+def test_a_seek_restores_spawned_and_deleted_robots(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     use = RobotUse(use=str(shipped() / "scenes/robots/dd100.yaml"), position=(3.0, 0.0, 0.025), namespace="late")
 
@@ -197,7 +197,7 @@ def test_robots_come_and_go_again(tmp_path: Path) -> None:
         assert player.marks.all[0].text.startswith("spawn ")
 
 
-def test_a_robot_that_comes_after_a_seek_reads_the_files_of_its_time(tmp_path: Path) -> None:
+def test_a_robot_spawned_after_a_seek_reads_the_files_of_this_tick(tmp_path: Path) -> None:
     folder, path = tmp_path / "hall", tmp_path / "out.mcap"
     put(
         folder / "scene.yaml",
@@ -224,7 +224,7 @@ def test_a_robot_that_comes_after_a_seek_reads_the_files_of_its_time(tmp_path: P
         assert (player.difference, player.failure, player.built) == (None, "", 80)
 
 
-def test_a_replay_that_differs_goes_on_and_says_where(straight: Straight) -> None:
+def test_a_replay_continues_after_the_first_difference_and_reports_it(straight: Straight) -> None:
     with playing(rewritten(straight.path, manifest={"seed": "6"})) as player:
         player.build()
         assert str(player.difference) == "different in tick 1, t = 0.016667 s: /dd100_0000/sim_lidar/scan"
@@ -241,7 +241,7 @@ def failed(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_recording_ends_with_the_tick_that_failed(failed: Path) -> None:
+def test_a_replay_ends_with_the_failed_tick(failed: Path) -> None:
     with playing(failed) as player:
         assert player.length == 5
         player.build()
@@ -253,7 +253,7 @@ def test_a_recording_ends_with_the_tick_that_failed(failed: Path) -> None:
             assert (player.position, player.session.state) == (tick, state)
 
 
-def test_an_error_that_the_run_survived_is_marked_where_it_begins(tmp_path: Path) -> None:
+def test_an_error_that_the_run_survived_is_marked_at_its_beginning(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     put(tmp_path / "divides.yaml", DIVIDES)
     with ge.load(tmp_path / "divides.yaml").session(record=path, keep_going=True, bad_values="stop") as sim:
@@ -264,7 +264,7 @@ def test_an_error_that_the_run_survived_is_marked_where_it_begins(tmp_path: Path
         assert (player.built, player.failure, player.difference) == (12, "", None)
 
 
-def test_a_recording_that_was_cut_off_ends_where_it_ends(straight: Straight, tmp_path: Path) -> None:
+def test_a_truncated_recording_is_replayed_to_its_end(straight: Straight, tmp_path: Path) -> None:
     whole = straight.path.read_bytes()
     with playing(put_bytes(tmp_path / "out.mcap", whole[: whole.index(b"graphengine:end") - 20])) as player:
         assert 0 < player.length <= TICKS
@@ -272,7 +272,7 @@ def test_a_recording_that_was_cut_off_ends_where_it_ends(straight: Straight, tmp
         assert (player.built, player.recording.cut_off, player.difference) == (player.length, True, None)
 
 
-def test_a_recording_that_is_damaged_can_be_seen_up_to_there(straight: Straight, tmp_path: Path) -> None:
+def test_a_damaged_recording_can_be_shown_up_to_the_damage(straight: Straight, tmp_path: Path) -> None:
     data = bytearray(straight.path.read_bytes())
     data[data.index(b"graphengine:end") - 1000] ^= 0xFF
     with playing(put_bytes(tmp_path / "out.mcap", bytes(data))) as player:
@@ -284,7 +284,7 @@ def test_a_recording_that_is_damaged_can_be_seen_up_to_there(straight: Straight,
         assert state_of(player.session) == straight.states[player.built]
 
 
-def test_a_file_whose_end_is_years_later_is_not_replayed_until_then(tmp_path: Path) -> None:
+def test_a_file_with_an_end_years_later_is_not_replayed_until_this_end(tmp_path: Path) -> None:
     path = put(tmp_path / "hall" / "graph.yaml", CLOCK)
     record(tmp_path / "out.mcap", 3, path)
     with playing(rewritten(tmp_path / "out.mcap", end={"ticks": str(10**12)})) as player:
@@ -293,7 +293,7 @@ def test_a_file_whose_end_is_years_later_is_not_replayed_until_then(tmp_path: Pa
         assert player.built <= 3
 
 
-def test_a_command_that_cannot_be_carried_out_ends_the_replay(tmp_path: Path) -> None:
+def test_a_failing_command_ends_the_replay(tmp_path: Path) -> None:
     path = put(tmp_path / "hall" / "graph.yaml", CLOCK)
     record(tmp_path / "out.mcap", 3, path)
     commands = json.dumps({"commands": [["move", {"entity": "nobody", "position": [0, 0, 0]}]]})

@@ -97,13 +97,13 @@ def small(folder: Path, text: str = CLOCK) -> Path:
 # Messages
 
 
-def test_every_message_is_there_in_the_order_in_which_it_was_sent(drive: tuple[Path, Run]) -> None:
+def test_every_sent_message_is_recorded_in_order(drive: tuple[Path, Run]) -> None:
     path, run = drive
     assert published(path) == run.heard
     assert Counter(topic for topic, _, _ in run.heard)["/dd100_0000/odom"] == TICKS
 
 
-def test_what_subscriptions_saw_is_there_at_the_tick_that_saw_it(drive: tuple[Path, Run]) -> None:
+def test_received_messages_are_recorded_at_the_tick_of_their_delivery(drive: tuple[Path, Run]) -> None:
     path, _ = drive
     found = [(c, m) for c, m, _ in read(path, topics=[CMD_VEL])]
     expected = [(tick, messages.encode(twist(*speeds))) for tick, given in DRIVE.items() for speeds in given]
@@ -140,7 +140,7 @@ def test_the_definitions_in_the_file_decode_every_message(drive: tuple[Path, Run
                 assert message.data == again + bytes(len(message.data) - len(again))
 
 
-def test_rosbags_reads_it_as_a_bag_of_ros_2(drive: tuple[Path, Run]) -> None:
+def test_rosbags_reads_a_recording_as_a_bag_of_ros_2(drive: tuple[Path, Run]) -> None:
     path, run = drive
     with Reader(path) as reader:
         counts = {connection.topic: connection.msgcount for connection in reader.connections}
@@ -170,7 +170,7 @@ def test_the_checksums_of_the_file_are_right(drive: tuple[Path, Run]) -> None:
 # What a replay needs
 
 
-def test_every_file_that_was_read_is_attached_with_its_hash(drive: tuple[Path, Run]) -> None:
+def test_every_read_file_is_attached_with_its_hash(drive: tuple[Path, Run]) -> None:
     path, _ = drive
     with path.open("rb") as file:
         attached = {a.name: a.data for a in make_reader(file).iter_attachments()}
@@ -189,7 +189,7 @@ def test_every_file_that_was_read_is_attached_with_its_hash(drive: tuple[Path, R
     }
 
 
-def test_how_the_run_was_made_is_told(drive: tuple[Path, Run]) -> None:
+def test_the_manifest_describes_the_run(drive: tuple[Path, Run]) -> None:
     path, _ = drive
     told = {key: json.loads(value) for key, value in metadata(path, "graphengine").items()}
     assert told["given"] == "shipped/scenes/dd100_warehouse.yaml"
@@ -206,13 +206,13 @@ def recorded(folder: Path) -> bytes:
     return (folder / "out.mcap").read_bytes()
 
 
-def test_the_same_run_makes_the_same_file_wherever_it_lies(tmp_path: Path) -> None:
+def test_equal_runs_in_different_folders_make_equal_files(tmp_path: Path) -> None:
     made = recorded(tmp_path / "alice")
     assert in_another_process(recorded, tmp_path / "bob") == made
     assert str(tmp_path).encode() not in made
 
 
-def test_the_wall_clock_is_there_only_where_a_node_has_read_it(tmp_path: Path) -> None:
+def test_the_wall_clock_is_recorded_only_if_a_node_has_read_it(tmp_path: Path) -> None:
     record(tmp_path / "simulation.mcap", 3, small(tmp_path))
     assert {channel.topic for channel, _, _ in read(tmp_path / "simulation.mcap")} == {"/clock"}
     record(tmp_path / "system.mcap", 3, small(tmp_path, SYSTEM_CLOCK))
@@ -222,7 +222,7 @@ def test_the_wall_clock_is_there_only_where_a_node_has_read_it(tmp_path: Path) -
     assert len(said) == 3
 
 
-def test_after_a_stop_the_recording_goes_on_and_the_time_of_play_begins_anew(tmp_path: Path) -> None:
+def test_after_a_stop_log_time_continues_and_publish_time_restarts(tmp_path: Path) -> None:
     record(tmp_path / "out.mcap", 5, small(tmp_path), before=at(4, lambda run: run.session.stop()))
     clocks = [message for channel, message, _ in read(tmp_path / "out.mcap") if channel.topic == "/clock"]
     ticks = (1, 2, 3, 4, 4, 5)  # before tick 4, the stop announces time 0
@@ -231,7 +231,7 @@ def test_after_a_stop_the_recording_goes_on_and_the_time_of_play_begins_anew(tmp
     assert [message.publish_time for message in clocks[4:]] == [message.publish_time for message in clocks[:2]]
 
 
-def test_messages_to_several_nodes_name_them_all(tmp_path: Path) -> None:
+def test_a_message_for_several_nodes_names_all_of_them(tmp_path: Path) -> None:
     text = """graph: two
 nodes:
   Tick: OnPlaybackTick
@@ -247,7 +247,7 @@ connections:
     assert outside(tmp_path / "out.mcap") == {message.log_time: {"delivered": [["/World/two/One", "/World/two/Other"]]}}
 
 
-def test_what_nodes_told_each_other_is_on_its_topic_once(tmp_path: Path) -> None:
+def test_messages_between_nodes_of_the_run_occur_once(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     record(path, 10, small(tmp_path, ECHO), before=at(5, lambda run: run.transport.inject("/clock", SPEAK)))
     clocks = read(path, topics=["/clock", "/_graphengine/delivered/clock"])
@@ -264,7 +264,7 @@ def test_what_nodes_told_each_other_is_on_its_topic_once(tmp_path: Path) -> None
     assert {channel.metadata["topic"] for channel, _, _ in clocks} == {"/clock"}
 
 
-def test_what_comes_to_a_topic_that_the_run_publishes_too_is_on_the_same_channel(tmp_path: Path) -> None:
+def test_received_and_published_messages_of_a_topic_share_a_channel(tmp_path: Path) -> None:
     text = ECHO.replace(
         "  Clock: PublishClock\n", "  Clock: {type: PublishClock, inputs: {qosProfile: '{\"depth\": 3}'}}\n"
     )
@@ -274,7 +274,7 @@ def test_what_comes_to_a_topic_that_the_run_publishes_too_is_on_the_same_channel
     assert "depth: 3\n" in channel.metadata["offered_qos_profiles"]
 
 
-def test_what_a_tick_sent_before_it_was_interrupted_is_not_recorded(tmp_path: Path) -> None:
+def test_messages_of_an_interrupted_tick_are_not_recorded(tmp_path: Path) -> None:
     class Interrupting(Listener):
         def write(self, claim: EndpointClaim, data: bytes) -> None:
             raise KeyboardInterrupt
@@ -289,13 +289,13 @@ def test_what_a_tick_sent_before_it_was_interrupted_is_not_recorded(tmp_path: Pa
     assert [topic for topic, _, _ in published(tmp_path / "out.mcap")] == ["/clock"] * 2
 
 
-def test_bytes_that_are_no_message_are_kept_as_they_came(tmp_path: Path) -> None:
+def test_malformed_received_bytes_are_recorded_unchanged(tmp_path: Path) -> None:
     before = at(2, lambda run: run.transport.inject(CMD_VEL, b"rubbish"))
     record(tmp_path / "out.mcap", 3, "dd100_flat", before=before)
     assert [m.data for c, m, _ in read(tmp_path / "out.mcap", topics=[CMD_VEL])] == [b"rubbish"]
 
 
-def test_while_recorded_a_paced_run_waits_for_its_pictures(tmp_path: Path) -> None:
+def test_a_recorded_paced_run_waits_for_its_camera_images(tmp_path: Path) -> None:
     paces: list[bool] = []
 
     def look(tick: int, run: Run) -> None:
@@ -309,7 +309,7 @@ def test_while_recorded_a_paced_run_waits_for_its_pictures(tmp_path: Path) -> No
     assert paces == [False, True]
 
 
-def test_a_recording_begins_with_its_session(tmp_path: Path) -> None:
+def test_a_recording_cannot_begin_after_the_first_tick(tmp_path: Path) -> None:
     assembly = build.load(small(tmp_path))
     network = LiveNetwork(lambda _: MemoryTransport(), 0, print)
     with build.start(assembly, network) as session:
@@ -322,7 +322,7 @@ def test_a_recording_begins_with_its_session(tmp_path: Path) -> None:
 # Files that cannot be written
 
 
-def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:
+def test_an_existing_file_is_not_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     path.write_bytes(b"mine")
     with pytest.raises(RecordingError, match="already exists; --force overwrites it"):
@@ -332,7 +332,7 @@ def test_a_file_that_is_there_is_not_written_over(tmp_path: Path) -> None:
     assert len(read(path)) == 1
 
 
-def test_a_file_that_another_run_is_recorded_to_is_left_to_it(tmp_path: Path) -> None:
+def test_a_file_that_another_run_writes_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
 
     def interfere(run: Run) -> None:
@@ -346,7 +346,7 @@ def test_a_file_that_another_run_is_recorded_to_is_left_to_it(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("gone", ["out.mcap", "."])
-def test_a_file_that_is_removed_meanwhile_ends_the_run(tmp_path: Path, gone: str) -> None:
+def test_the_removal_of_the_file_ends_the_run(tmp_path: Path, gone: str) -> None:
     folder = tmp_path / "bags"
     folder.mkdir()
 
@@ -359,7 +359,7 @@ def test_a_file_that_is_removed_meanwhile_ends_the_run(tmp_path: Path, gone: str
         record(folder / "out.mcap", 1000, small(tmp_path), before=at(70, remove))
 
 
-def test_two_recordings_side_by_side_do_not_meet(tmp_path: Path) -> None:
+def test_two_simultaneous_recordings_give_equal_files(tmp_path: Path) -> None:
     paths = [tmp_path / "one.mcap", tmp_path / "other.mcap"]
     before = at(30, lambda run: record(paths[1], 130, small(tmp_path)))
     record(paths[0], 130, small(tmp_path), before=before)
@@ -367,12 +367,12 @@ def test_two_recordings_side_by_side_do_not_meet(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["nowhere/out.mcap", "."])
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path, place: str) -> None:
+def test_a_path_that_cannot_be_written_is_an_error(tmp_path: Path, place: str) -> None:
     with pytest.raises(RecordingError, match=r"the recording cannot be written|already exists"):
         record(tmp_path / place, 1, small(tmp_path))
 
 
-def test_a_disk_that_fills_up_ends_the_run(tmp_path: Path) -> None:
+def test_a_full_disk_ends_the_run(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="the recording cannot be written: No space left on device"):
         record(Path("/dev/full"), 1000, small(tmp_path), force=True)
 
@@ -393,9 +393,7 @@ def test_a_recording_does_not_wait_for_the_reader_of_a_pipe(tmp_path: Path) -> N
         record(tmp_path / "out.mcap", 1, small(tmp_path), force=True)
 
 
-def test_a_chunk_of_many_bytes_is_written_before_its_second_is_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_large_chunk_is_written_before_its_second_is_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.recording.recorder.CHUNK_BYTES", 100)
     record(tmp_path / "out.mcap", 50, small(tmp_path))
     with (tmp_path / "out.mcap").open("rb") as file:
@@ -404,7 +402,7 @@ def test_a_chunk_of_many_bytes_is_written_before_its_second_is_over(
     assert len(chunks) == -(-50 // -(-100 // size))
 
 
-def test_people_see_how_the_recording_grows_and_that_a_run_without_one_has_none(tmp_path: Path) -> None:
+def test_the_size_of_the_recording_is_shown_while_it_grows(tmp_path: Path) -> None:
     path, sizes = tmp_path / "grows.mcap", list[int]()
 
     def look(tick: int, run: Run) -> None:

@@ -48,40 +48,38 @@ def test_the_messages_of_a_chunk_are_read_in_order(tmp_path: Path, compression: 
 
 
 @pytest.mark.parametrize("size", [0, 1, 10_000_000])
-def test_a_chunk_of_another_size_than_it_says_is_damaged(tmp_path: Path, size: int) -> None:
+def test_a_chunk_with_a_wrong_size_is_damaged(tmp_path: Path, size: int) -> None:
     path = file_of(tmp_path, chunk_of(messages_of(50), size=size))
     with pytest.raises(RecordingError, match=r"damaged: .* the size of a chunk is wrong"):
         list(read_records(path))
 
 
-def test_a_chunk_that_unpacks_to_more_than_any_may_is_not_unpacked(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_chunk_beyond_the_maximum_size_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(records, "MAX_CHUNK_BYTES", 1000)
     with pytest.raises(RecordingError, match="a chunk of 13100 bytes is too large"):
         list(read_records(file_of(tmp_path, chunk_of(messages_of(100)))))
 
 
-def test_a_chunk_whose_checksum_is_wrong_is_damaged(tmp_path: Path) -> None:
+def test_a_chunk_with_a_wrong_checksum_is_damaged(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="damaged: the checksum of the chunk at byte 33 is wrong"):
         list(read_records(file_of(tmp_path, chunk_of(messages_of(3), crc=7))))
 
 
-def test_a_chunk_that_ends_within_a_record_is_damaged_from_there_on(tmp_path: Path) -> None:
+def test_a_chunk_that_ends_within_a_record_is_damaged_from_this_record_on(tmp_path: Path) -> None:
     found = read_records(file_of(tmp_path, chunk_of(messages_of(3)[:-7])))
     assert [type(next(found)) for _ in range(3)] == [Header, Message, Message]
     with pytest.raises(RecordingError, match=r"damaged: .* the length of a record in a chunk is wrong"):
         next(found)
 
 
-def test_a_chunk_with_anything_but_messages_and_what_they_need_is_damaged(tmp_path: Path) -> None:
+def test_a_chunk_with_records_other_than_messages_channels_and_schemas_is_damaged(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"damaged: .* a chunk must not contain a record of type 0"):
         list(read_records(file_of(tmp_path, chunk_of(messages_of(1) + bytes(900)))))
 
 
 @given(data=st.data())
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_a_file_that_was_cut_off_holds_what_was_written_before(tmp_path: Path, data: st.DataObject) -> None:
+def test_a_truncated_file_is_read_up_to_its_end(tmp_path: Path, data: st.DataObject) -> None:
     builder = RecordBuilder()
     Header("ros2", "test").write(builder)
     sizes = [builder.count]
@@ -96,7 +94,7 @@ def test_a_file_that_was_cut_off_holds_what_was_written_before(tmp_path: Path, d
     assert sum(isinstance(found, Message) for found in read_records(path)) == 4 * chunks
 
 
-def test_a_length_beyond_the_end_of_the_file_asks_for_no_memory(tmp_path: Path) -> None:
+def test_a_length_beyond_the_end_of_the_file_takes_no_memory(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     attachment = struct.pack("<QQIIQ", 0, 0, 0, 0, 2**62)
     path.write_bytes(MCAP0_MAGIC + struct.pack("<BQ", 9, len(attachment)) + attachment)
@@ -120,13 +118,13 @@ def test_the_extent_of_a_file_is_its_last_log_time_and_metadata(tmp_path: Path) 
     for size in sizes:
         path.write_bytes(whole[: len(MCAP0_MAGIC) + size + 5])
         last, metadata = read_extent(path)
-        found.append((last, metadata.metadata if metadata is not None else None))
-    assert found == [(0, None), (70, None), (70, {"ticks": "5"}), (90, {"ticks": "5"})]
+        found.append((last, metadata.metadata))
+    assert found == [(0, {}), (70, {}), (70, {"ticks": "5"}), (90, {"ticks": "5"})]
 
 
 @given(data=st.binary(max_size=200), kind=st.sampled_from([0, 6, 12, 15]))
 @settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_the_extent_of_any_bytes_is_found(tmp_path: Path, data: bytes, kind: int) -> None:
+def test_reading_the_extent_of_any_bytes_raises_no_error(tmp_path: Path, data: bytes, kind: int) -> None:
     path = tmp_path / "out.mcap"
     path.write_bytes(MCAP0_MAGIC + struct.pack("<BQ", kind, len(data)) + data + data)
     last, _ = read_extent(path)

@@ -41,7 +41,7 @@ def messages_of(path: Path) -> list[tuple[str, bytes, int]]:
     return found
 
 
-def test_it_has_each_topic_once_with_its_messages_and_profile(
+def test_rosbag2_finds_each_topic_once_with_its_messages_and_profile(
     drive: tuple[Path, list[tuple[str, str, bytes]]],
 ) -> None:
     path, heard = drive
@@ -61,7 +61,7 @@ def test_it_has_each_topic_once_with_its_messages_and_profile(
         assert offered.depth == (1 if latched else 10)
 
 
-def test_it_reads_every_message_in_order(drive: tuple[Path, list[tuple[str, str, bytes]]]) -> None:
+def test_rosbag2_reads_every_message_in_order(drive: tuple[Path, list[tuple[str, str, bytes]]]) -> None:
     path, heard = drive
     found = messages_of(path)
     assert [time for _, _, time in found] == sorted(time for _, _, time in found)
@@ -70,7 +70,7 @@ def test_it_reads_every_message_in_order(drive: tuple[Path, list[tuple[str, str,
 
 
 @pytest.mark.parametrize("whole", [1, 2])
-def test_one_that_was_cut_off_is_read_up_to_its_last_chunk(
+def test_rosbag2_reads_a_truncated_file_up_to_its_last_chunk(
     drive: tuple[Path, list[tuple[str, str, bytes]]], tmp_path: Path, whole: int
 ) -> None:
     path, _ = drive

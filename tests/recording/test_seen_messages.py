@@ -15,20 +15,20 @@ from graphengine.recording.seen_messages import SeenMessages
 NODES = ("/World/one", "/World/other")
 
 
-def test_what_the_run_published_is_known_to_every_node() -> None:
+def test_a_published_message_is_known_for_every_node() -> None:
     topic = SeenMessages()
     topic.add(b"a")
     assert topic.see(NODES[:1], b"a")
     assert topic.see(NODES[1:], b"a")
 
 
-def test_what_another_node_saw_before_is_known() -> None:
+def test_a_message_that_another_node_received_is_known() -> None:
     topic = SeenMessages()
     assert not topic.see(NODES[:1], b"a")
     assert topic.see(NODES[1:], b"a")
 
 
-def test_the_same_bytes_once_more_are_another_message() -> None:
+def test_equal_bytes_received_again_are_a_new_message() -> None:
     topic = SeenMessages()
     topic.add(b"a")
     assert topic.see(NODES, b"a")
@@ -36,13 +36,13 @@ def test_the_same_bytes_once_more_are_another_message() -> None:
     assert not topic.see(NODES[:1], b"b")
 
 
-def test_what_is_new_to_one_of_several_nodes_is_not_known() -> None:
+def test_a_message_that_is_new_for_one_of_several_nodes_is_not_known() -> None:
     topic = SeenMessages()
     assert not topic.see(NODES[:1], b"a")
     assert not topic.see(NODES, b"a")
 
 
-def test_what_is_long_ago_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_messages_beyond_the_limit_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(seen_messages, "REMEMBERED", 2)
     topic = SeenMessages()
     for data in (b"a", b"b", b"c"):
@@ -50,7 +50,7 @@ def test_what_is_long_ago_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [topic.see(NODES, data) for data in (b"b", b"c", b"a")] == [True, True, False]
 
 
-def test_a_message_that_a_node_missed_is_forgotten_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_message_that_a_node_missed_is_forgotten_for_all_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(seen_messages, "REMEMBERED", 2)
     topic = SeenMessages()
     topic.see(NODES[:1], b"x")
@@ -73,7 +73,7 @@ EVENTS = st.lists(st.tuples(st.sampled_from([(), NODES[:1], NODES[1:], NODES]), 
 
 
 @given(EVENTS)
-def test_a_topic_has_each_message_as_often_as_it_must(events: list[tuple[tuple[str, ...], bytes]]) -> None:
+def test_a_topic_has_each_message_as_often_as_it_was_sent(events: list[tuple[tuple[str, ...], bytes]]) -> None:
     topic, kept, published = SeenMessages(), Counter[bytes](), Counter[bytes]()
     seen: dict[str, Counter[bytes]] = {node: Counter() for node in NODES}
     for nodes, data in events:

@@ -19,48 +19,48 @@ def put(path: Path) -> Path:
     return path
 
 
-def test_a_file_beside_the_given_one_has_the_name_of_their_folder(tmp_path: Path) -> None:
+def test_a_file_beside_the_given_file_is_named_after_their_folder(tmp_path: Path) -> None:
     given = put(tmp_path / "alice/hall/scene.yaml")
     names = SourceNames(Files.of(given))
     assert names.name(given) == "project/hall/scene.yaml"
     assert names.name(tmp_path / "alice/hall/robots/a.yaml") == "project/hall/robots/a.yaml"
 
 
-def test_folders_that_were_allowed_keep_their_place_beside_the_given_file(tmp_path: Path) -> None:
+def test_names_keep_the_positions_of_allowed_folders(tmp_path: Path) -> None:
     given, robot = put(tmp_path / "alice/hall/scene.yaml"), put(tmp_path / "alice/shared/a.yaml")
     names = SourceNames(Files.of(given, [robot.parent]))
     assert names.name(given) == "project/alice/hall/scene.yaml"
     assert names.name(robot) == "project/alice/shared/a.yaml"
 
 
-def test_what_ships_is_named_from_where_it_ships(tmp_path: Path) -> None:
+def test_included_files_are_named_from_the_package(tmp_path: Path) -> None:
     names = SourceNames(Files.of(put(tmp_path / "scene.yaml")))
     assert names.name(shipped() / "graphs/clock.yaml") == "shipped/graphs/clock.yaml"
 
 
-def test_a_scene_that_ships_has_no_project() -> None:
+def test_an_included_scene_has_no_project_files() -> None:
     given = shipped() / "scenes/dd100_flat.yaml"
     assert SourceNames(Files.of(given)).name(given) == "shipped/scenes/dd100_flat.yaml"
 
 
-def test_an_installed_package_is_named_from_its_share(tmp_path: Path) -> None:
+def test_files_of_installed_packages_are_named_from_the_share_folder(tmp_path: Path) -> None:
     mesh = put(tmp_path / "ws/install/share/arm/meshes/link.stl")
     names = SourceNames(Files.of(put(tmp_path / "scene.yaml"), installed=[tmp_path / "ws/install/share"]))
     assert names.name(mesh) == "installed/arm/meshes/link.stl"
 
 
-def test_a_folder_behind_a_link_is_named_by_what_it_is(tmp_path: Path) -> None:
+def test_a_folder_behind_a_link_has_the_name_of_its_target(tmp_path: Path) -> None:
     given = put(tmp_path / "real/scene.yaml")
     (tmp_path / "link").symlink_to(given.parent)
     assert SourceNames(Files.of(given)).name(tmp_path / "link/scene.yaml") == "project/real/scene.yaml"
 
 
-def test_a_file_apart_from_all_roots_says_nothing_of_its_place(tmp_path: Path) -> None:
+def test_the_name_of_a_file_outside_all_folders_has_no_path(tmp_path: Path) -> None:
     names = SourceNames(Files.of(put(tmp_path / "hall/scene.yaml")))
     assert names.name(put(tmp_path / "other/secret/b.yaml")) == "project/b.yaml"
 
 
-def test_a_folder_whose_name_is_no_text_has_one_that_is(tmp_path: Path) -> None:
+def test_undecodable_bytes_in_a_folders_name_are_replaced(tmp_path: Path) -> None:
     given = put(tmp_path / os.fsdecode(b"h\xe4ll") / "scene.yaml")
     assert SourceNames(Files.of(given)).name(given) == "project/h?ll/scene.yaml"
 
@@ -73,15 +73,15 @@ def test_a_folder_whose_name_is_no_text_has_one_that_is(tmp_path: Path) -> None:
         ("a/mesh.stl", "application/octet-stream"),
     ],
 )
-def test_kinds_of_files_are_told_apart(name: str, expected: str) -> None:
+def test_files_have_media_types_by_suffix(name: str, expected: str) -> None:
     assert media_type(name) == expected
 
 
-def test_files_are_laid_out_by_their_names(tmp_path: Path) -> None:
+def test_files_are_extracted_under_their_names(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path)
     workspace.add("project/hall/scene.yaml", b"scene: a")
     assert workspace.path("project/hall/scene.yaml").read_bytes() == b"scene: a"
-    assert workspace.place("project") / "hall/scene.yaml" == workspace.path("project/hall/scene.yaml")
+    assert workspace.folder / "project/hall/scene.yaml" == workspace.path("project/hall/scene.yaml")
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_files_are_laid_out_by_their_names(tmp_path: Path) -> None:
         "project/" + "d/" * 1500 + "a",
     ],
 )
-def test_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, name: str) -> None:
+def test_a_name_outside_of_the_workspace_is_refused(tmp_path: Path, name: str) -> None:
     folder = tmp_path / "inner"
     folder.mkdir()
     workspace = Workspace(folder)
@@ -109,7 +109,7 @@ def test_a_name_that_leads_elsewhere_is_refused(tmp_path: Path, name: str) -> No
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
-def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
+def test_an_illegal_file_name_is_reported(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path)
     workspace.add("project/a", b"x")
     with pytest.raises(RecordingError, match="'project/a/b' cannot be extracted"):
@@ -118,7 +118,7 @@ def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
         workspace.add("project/" + "a" * 300, b"x")
 
 
-def test_the_number_of_files_and_their_size_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_and_size_of_files_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sources, "MAX_FILES", 2)
     workspace = Workspace(tmp_path)
     for name in ("project/a", "project/b"):
@@ -152,14 +152,14 @@ def test_files_are_exchanged_within_a_workspace(tmp_path: Path) -> None:
         workspace.exchange({"project/../../a": None})
 
 
-def test_an_exchange_that_makes_a_folder_of_a_file_is_told(tmp_path: Path) -> None:
+def test_an_exchange_that_replaces_a_folder_with_a_file_is_an_error(tmp_path: Path) -> None:
     workspace = Workspace(tmp_path)
     workspace.add("project/x", b"x")
     with pytest.raises(RecordingError, match="'a' cannot be removed"):
         workspace.exchange({"project/a/b": "project/x", "project/a": None})
 
 
-def test_the_copies_of_exchanged_files_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_and_size_of_copies_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sources, "MAX_FILES", 3)
     monkeypatch.setattr(sources, "MAX_BYTES", 250)
     workspace = Workspace(tmp_path)

@@ -13,7 +13,6 @@ from collections import Counter
 
 import pytest
 
-from graphengine.ros.transports import rcl
 from graphengine.ros.transports.rcl import installation
 from graphengine.ros.transports.vendors import CYCLONE_RMW
 
@@ -22,7 +21,7 @@ RMW = os.environ.get("RMW_IMPLEMENTATION") or "rmw_fastrtps_cpp"
 
 
 def rclpy() -> str:
-    reason = (rcl.missing() or "").partition("\n")[0]
+    reason = (installation.missing() or "").partition("\n")[0]
     return f"needs rclpy: {reason}" if reason else ""
 
 

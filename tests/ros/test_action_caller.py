@@ -70,14 +70,14 @@ def test_a_caller_is_ready_while_there_is_a_server(transport: MemoryTransport) -
     assert caller.ready
 
 
-def test_what_does_not_fit_the_action_is_refused(caller: ActionCaller, transport: MemoryTransport) -> None:
+def test_a_message_of_another_type_is_not_a_goal(caller: ActionCaller, transport: MemoryTransport) -> None:
     with pytest.raises(MessageError):
         caller.send(FEEDBACK([]))
     with pytest.raises(MessageTypeError, match="std_srvs/srv/SetBool is not an action type"):
         ActionCaller(transport, "/a", "std_srvs/srv/SetBool")
 
 
-def test_a_malformed_answer_is_the_error_of_its_call(transport: MemoryTransport) -> None:
+def test_a_malformed_response_fails_its_call(transport: MemoryTransport) -> None:
     name, kind = goals.parts("/fibonacci", FIBONACCI)["send_goal"]
     broken = transport.server(
         name, kind, goals.FEEDBACK_QOS, lambda request_id, data: broken.answer(request_id, b"\0\1")

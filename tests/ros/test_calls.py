@@ -21,14 +21,14 @@ def test_each_call_ends_once(answers: list[int]) -> None:
     assert ended == [number for number in dict.fromkeys(answers) if 1 <= number <= 6]
 
 
-def test_the_oldest_call_is_given_up_where_too_many_wait() -> None:
+def test_with_too_many_open_calls_the_oldest_is_discarded() -> None:
     calls = Calls()
     for _ in range(MAX_OPEN + 2):
         last = calls.begin()
     assert [calls.end(number) for number in (1, 2, 3, last)] == [None, None, True, True]
 
 
-def test_the_oldest_unanswered_call_of_a_caller_fails_where_too_many_wait() -> None:
+def test_with_too_many_unanswered_calls_the_oldest_fails() -> None:
     caller = ServiceCaller(MemoryTransport(), "/light", "std_srvs/srv/Trigger")
     request = DEFINITIONS.initial("std_srvs/srv/Trigger_Request")
     first, second, *_ = [caller.call(request) for _ in range(MAX_OPEN + 1)]

@@ -186,7 +186,7 @@ def test_all_parts_of_an_action_are_on_one_transport(robot: ComposedTransport, d
     assert "can use the services and actions: /count" in robot.notices[0]
 
 
-def test_an_endpoint_of_no_ros_node_has_no_node_and_is_not_waited_for(domain: Domain, dds: OpenDds) -> None:
+def test_an_endpoint_without_a_ros_node_does_not_delay_discovery(domain: Domain, dds: OpenDds) -> None:
     dds("bare", announces=False).writer("/chatter", STRING, QoS())
     fast = RclTransport(JoinOptions(domain, "fast"))
     try:
@@ -212,7 +212,7 @@ class Fellows:
                 open_end(claim)
 
 
-def test_endpoints_of_the_other_transport_are_no_faults(robot: ComposedTransport) -> None:
+def test_endpoints_on_the_other_transport_are_not_reported(robot: ComposedTransport) -> None:
     fellows = Fellows(robot)
     for service, kind in ((NAME, TYPE), ("/light", SET_BOOL)):
         robot.server(service, kind, QoS(), lambda request_id, data: None)
@@ -241,7 +241,7 @@ def test_endpoints_of_the_other_transport_are_no_faults(robot: ComposedTransport
     assert (dict(robot.foreign_services), list(robot.rival_services), dict(robot.malformed)) == ({}, [], {})
 
 
-def test_conflicting_endpoints_on_either_transport_are_noticed(robot: ComposedTransport, domain: Domain) -> None:
+def test_conflicting_endpoints_on_either_transport_are_reported(robot: ComposedTransport, domain: Domain) -> None:
     other = composed(JoinOptions(domain, "other"), *LACKING)
     try:
         for transport in (robot, other):
@@ -258,7 +258,7 @@ def test_conflicting_endpoints_on_either_transport_are_noticed(robot: ComposedTr
 
 
 @needs_fast_dds
-def test_peers_that_no_transport_reaches_are_reported_for_both(
+def test_unreachable_peers_are_reported_for_both_transports(
     robot: ComposedTransport, domain: Domain, dds: OpenDds
 ) -> None:
     Server(robot)
@@ -272,7 +272,7 @@ def test_peers_that_no_transport_reaches_are_reported_for_both(
         fast.close()
 
 
-def test_who_sent_a_message_is_known_where_its_transport_knows(robot: ComposedTransport, dds: OpenDds) -> None:
+def test_the_source_of_a_message_is_known_if_its_transport_knows_it(robot: ComposedTransport, dds: OpenDds) -> None:
     sources: dict[str, bytes] = {}
 
     def note(data: bytes, kind: str) -> None:
@@ -326,7 +326,7 @@ def test_embedded_dds_joins_for_the_first_type_that_the_wheels_lack(wheels: Call
 
 
 @needs_wheels
-def test_a_type_that_nobody_knows_is_named(wheels: Callable[..., Any]) -> None:
+def test_the_error_names_a_type_that_both_transports_lack(wheels: Callable[..., Any]) -> None:
     with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
         wheels("robot").writer("/nothing", "no_msgs/msg/Nothing", QoS())
 
@@ -338,7 +338,9 @@ def test_a_run_that_does_not_wait_for_slow_readers_says_so(wheels: Callable[...,
 
 
 @needs_wheels
-def test_a_node_is_known_by_name_where_no_type_is_lacking(wheels: Callable[..., Any], robot: ComposedTransport) -> None:
+def test_a_peer_learns_the_nodes_name_even_if_it_lacks_no_type(
+    wheels: Callable[..., Any], robot: ComposedTransport
+) -> None:
     robot.writer("/tf", TF, QoS())
     watcher = wheels("watcher")
     graph = discover(watcher, 60.0, lambda graph: [end.node for end in graph.publishers("/tf")] == ["robot"])
@@ -361,7 +363,7 @@ def graphrun(domain_id: int, *arguments: str) -> str:
 
 
 @needs_wheels
-def test_the_verbs_read_topics_that_the_wheels_have_no_type_of(dds: OpenDds, domain_id: int) -> None:
+def test_the_verbs_read_topics_whose_type_the_wheels_lack(dds: OpenDds, domain_id: int) -> None:
     message = DEFINITIONS.initial(TF)
     message.transforms = [DEFINITIONS.initial("geometry_msgs/msg/TransformStamped")]
     message.transforms[0].child_frame_id = "wheel"
@@ -370,7 +372,7 @@ def test_the_verbs_read_topics_that_the_wheels_have_no_type_of(dds: OpenDds, dom
 
 
 @needs_wheels
-def test_a_run_names_the_actions_that_only_some_peers_can_use_at_its_start(tmp_path: Path, domain_id: int) -> None:
+def test_at_its_start_a_run_lists_actions_that_only_some_peers_can_use(tmp_path: Path, domain_id: int) -> None:
     path = tmp_path / "graph.yaml"
     path.write_text(f"format: 1\ngraph: graph\n{FIBONACCI_SERVER}", "utf-8")
     printed = graphrun(domain_id, "run", str(path), "--for", "0.1", "--no-control")
@@ -378,7 +380,7 @@ def test_a_run_names_the_actions_that_only_some_peers_can_use_at_its_start(tmp_p
 
 
 @needs_wheels
-def test_a_run_offers_parameters_services_and_transforms_to_nodes_on_both(
+def test_nodes_on_both_transports_can_use_parameters_services_and_transforms(
     tmp_path: Path, domain_id: int, looker: Any, dds: OpenDds
 ) -> None:
     from rcl_interfaces.msg import Parameter, ParameterValue
@@ -410,7 +412,7 @@ def test_a_run_offers_parameters_services_and_transforms_to_nodes_on_both(
         assert eventually(lambda: sorted(looker.get_node_names()) == ["bob", "graph", "looker"])
 
 
-def test_many_services_apart_are_counted(robot: ComposedTransport) -> None:
+def test_of_22_services_on_the_second_transport_20_are_listed(robot: ComposedTransport) -> None:
     for number in range(22):
         Server(robot, f"/service_{number}")
     assert "services and actions: /service_0, /service_1, " in robot.notices[0]
@@ -445,7 +447,7 @@ def test_a_closed_network_opens_no_second_transport(domain: Domain) -> None:
     assert opened == []
 
 
-def test_a_second_transport_that_fails_to_join_is_an_error_that_leaves_the_first(domain: Domain) -> None:
+def test_the_first_transport_survives_an_error_of_the_second(domain: Domain) -> None:
     def open_second() -> DdsTransport:
         raise TransportError("no room")
 

@@ -39,7 +39,7 @@ def test_messages_arrive_in_the_order_they_were_written(join: Join) -> None:
     assert inbox.texts == written
 
 
-def test_a_node_hears_itself(alice: AnyTransport) -> None:
+def test_a_reader_gets_messages_of_a_writer_on_the_same_transport(alice: AnyTransport) -> None:
     inbox = Inbox()
     writer = alice.writer("/chatter", STRING, QoS())
     alice.reader("/chatter", STRING, QoS(), inbox)
@@ -111,7 +111,9 @@ def test_a_late_joiner_gets_the_last_message_of_each_latched_writer(join: Join) 
 
 
 @pytest.mark.parametrize(("kept", "wanted", "expected"), [(3, 10, "cde"), (10, 2, "de")])
-def test_a_late_joiner_gets_as_many_as_both_depths_allow(join: Join, kept: int, wanted: int, expected: str) -> None:
+def test_a_late_joiner_gets_as_many_messages_as_both_depths_allow(
+    join: Join, kept: int, wanted: int, expected: str
+) -> None:
     writer = join("alice").writer("/map", STRING, replace(LATCHED, depth=kept))
     for value in "abcde":
         writer.write(text(value))
@@ -122,7 +124,7 @@ def test_a_late_joiner_gets_as_many_as_both_depths_allow(join: Join, kept: int, 
     assert len(inbox.texts) <= kept
 
 
-def test_a_late_joiner_of_a_volatile_topic_gets_nothing_old(join: Join) -> None:
+def test_a_late_joiner_of_a_volatile_topic_gets_no_old_messages(join: Join) -> None:
     writer = join("alice").writer("/chatter", STRING, QoS())
     writer.write(text("old"))
     inbox = Inbox()
@@ -132,7 +134,7 @@ def test_a_late_joiner_of_a_volatile_topic_gets_nothing_old(join: Join) -> None:
     assert set(inbox.texts) == {"new"}
 
 
-def test_a_reader_that_is_closed_gets_no_more(bob: AnyTransport, join: Join) -> None:
+def test_a_closed_reader_gets_no_messages(bob: AnyTransport, join: Join) -> None:
     gone, stays = Inbox(), Inbox()
     reader = bob.reader("/chatter", STRING, QoS(), gone)
     bob.reader("/chatter", STRING, QoS(), stays)
@@ -166,7 +168,7 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pyte
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_people_can_read_the_log_on_rosout(alice: AnyTransport, join: Join) -> None:
+def test_log_messages_are_published_on_rosout(alice: AnyTransport, join: Join) -> None:
     assert not isinstance(alice, MemoryTransport)
     alice.log("warning", "wheel slips")
     entries: list[bytes] = []
@@ -179,7 +181,7 @@ def test_people_can_read_the_log_on_rosout(alice: AnyTransport, join: Join) -> N
 
 
 @pytest.mark.parametrize("kind", ["memory", "dds", COMPOSED], indirect=True)
-def test_who_takes_a_message_can_ask_who_sent_it(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_deliver_can_read_the_source_of_its_message(alice: AnyTransport, bob: AnyTransport) -> None:
     senders: dict[str, bytes] = {}
     writers = [transport.writer("/map", STRING, LATCHED) for transport in (alice, bob)]
     for writer, name in zip(writers, ("alice", "bob"), strict=True):
@@ -218,7 +220,7 @@ class Flood:
 
 
 @pytest.mark.parametrize("leave", ["writer", "transport"])
-def test_a_writer_may_be_closed_while_messages_fly(alice: AnyTransport, join: Join, leave: str) -> None:
+def test_a_writer_may_be_closed_during_delivery(alice: AnyTransport, join: Join, leave: str) -> None:
     inbox = Inbox()
     join("bob").reader("/chatter", STRING, QoS(), inbox)
     writer = alice.writer("/chatter", STRING, QoS())
@@ -231,7 +233,7 @@ def test_a_writer_may_be_closed_while_messages_fly(alice: AnyTransport, join: Jo
 
 @pytest.mark.parametrize("leave", ["reader", "transport"])
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_a_reader_may_be_closed_while_messages_fly(join: Join, leave: str) -> None:
+def test_a_reader_may_be_closed_during_delivery(join: Join, leave: str) -> None:
     gone, stays = Inbox(), Inbox()
     bob, carol = join("bob"), join("carol")
     reader = bob.reader("/chatter", STRING, QoS(), gone)
@@ -249,7 +251,7 @@ def test_a_reader_may_be_closed_while_messages_fly(join: Join, leave: str) -> No
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_closing_a_reader_waits_for_messages_that_are_being_delivered(join: Join) -> None:
+def test_closing_a_reader_waits_for_the_current_delivery(join: Join) -> None:
     taken: list[str] = []
     written, reached, go_on = threading.Event(), threading.Event(), threading.Event()
     stays, end = Inbox(), Inbox()
@@ -281,7 +283,7 @@ def test_closing_a_reader_waits_for_messages_that_are_being_delivered(join: Join
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_who_is_slow_to_take_a_message_holds_up_nobody(join: Join) -> None:
+def test_a_slow_reader_does_not_delay_others(join: Join) -> None:
     taken, go_on = threading.Event(), threading.Event()
     inbox = Inbox()
 

@@ -19,14 +19,14 @@ from tests.ros.contract import FAITHFUL, RCLPY, STRING, AnyTransport, Inbox, Joi
 from tests.waiting import eventually, reserved_domain
 
 
-def test_every_transport_is_a_transport(join: Join, domain_id: int, kind: str) -> None:
+def test_every_transport_implements_the_protocol(join: Join, domain_id: int, kind: str) -> None:
     transport: Transport = join("alice")
     assert transport.description.startswith(kind.split()[0])
     if kind != "memory":
         assert f"domain {domain_id}, discovery range LOCALHOST" in transport.description
 
 
-def test_readers_match_who_offers_at_least_what_they_ask_for(bob: AnyTransport, alice: AnyTransport) -> None:
+def test_a_reader_matches_writers_that_offer_at_least_its_qos(bob: AnyTransport, alice: AnyTransport) -> None:
     inboxes = [Inbox() for _ in TABLE]
     for number, (_, requested, _) in enumerate(TABLE):
         bob.reader(f"/row{number}", STRING, requested, inboxes[number])
@@ -45,7 +45,7 @@ def test_readers_match_who_offers_at_least_what_they_ask_for(bob: AnyTransport, 
     assert [number for number, inbox in enumerate(inboxes) if inbox.texts] == fitting
 
 
-def test_another_type_on_the_same_topic_is_not_heard(join: Join) -> None:
+def test_a_reader_gets_no_messages_of_another_type(join: Join) -> None:
     other: list[bytes] = []
     same = Inbox()
     join("bob").reader("/chatter", "std_msgs/msg/Bool", QoS(), other.append)
@@ -55,7 +55,7 @@ def test_another_type_on_the_same_topic_is_not_heard(join: Join) -> None:
     assert other == []
 
 
-def test_best_effort_readers_hear_reliable_writers(join: Join) -> None:
+def test_a_best_effort_reader_gets_messages_of_a_reliable_writer(join: Join) -> None:
     inbox = Inbox()
     join("bob").reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), inbox)
     writer = join("alice").writer("/chatter", STRING, LATCHED)
@@ -65,7 +65,7 @@ def test_best_effort_readers_hear_reliable_writers(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_matched_follows_readers_that_come_and_go(bob: AnyTransport, join: Join) -> None:
+def test_matched_changes_when_a_reader_opens_or_closes(bob: AnyTransport, join: Join) -> None:
     writer = join("alice").writer("/chatter", STRING, QoS())
     assert not writer.matched
     for _ in range(2):
@@ -77,7 +77,7 @@ def test_matched_follows_readers_that_come_and_go(bob: AnyTransport, join: Join)
 
 
 @pytest.mark.parametrize("kind", ["memory", "dds"], indirect=True)
-def test_matched_counts_readers(bob: AnyTransport, join: Join) -> None:
+def test_matched_is_the_number_of_readers(bob: AnyTransport, join: Join) -> None:
     writer = join("alice").writer("/chatter", STRING, QoS())
     readers = [bob.reader("/chatter", STRING, QoS(), Inbox()) for _ in range(3)]
     assert eventually(lambda: writer.matched == 3)
@@ -85,7 +85,7 @@ def test_matched_counts_readers(bob: AnyTransport, join: Join) -> None:
     assert eventually(lambda: writer.matched == 2)
 
 
-def test_a_writer_that_is_closed_refuses_and_is_not_matched(alice: AnyTransport, join: Join) -> None:
+def test_a_closed_writer_refuses_messages_and_is_not_matched(alice: AnyTransport, join: Join) -> None:
     writer = alice.writer("/chatter", STRING, QoS())
     join("bob").reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: writer.matched)
@@ -96,7 +96,7 @@ def test_a_writer_that_is_closed_refuses_and_is_not_matched(alice: AnyTransport,
         writer.write(text("late"))
 
 
-def test_a_transport_that_is_closed_is_left_for_good(alice: AnyTransport) -> None:
+def test_a_closed_transport_opens_no_endpoints(alice: AnyTransport) -> None:
     writer = alice.writer("/chatter", STRING, QoS())
     alice.reader("/chatter", STRING, QoS(), Inbox())
     alice.close()
@@ -111,7 +111,7 @@ def test_a_transport_that_is_closed_is_left_for_good(alice: AnyTransport) -> Non
         alice.reader("/chatter", STRING, QoS(), Inbox())
 
 
-def test_a_type_that_does_not_exist_cannot_be_opened(alice: AnyTransport) -> None:
+def test_an_unknown_message_type_is_refused(alice: AnyTransport) -> None:
     with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
         alice.writer("/chatter", "no_msgs/msg/Nothing", QoS())
     with pytest.raises(MessageTypeError, match="no_msgs/msg/Nothing"):
@@ -120,7 +120,7 @@ def test_a_type_that_does_not_exist_cannot_be_opened(alice: AnyTransport) -> Non
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
 @pytest.mark.parametrize(("name", "namespace"), [("two words", "/"), ("alice", "robot"), ("", "/")])
-def test_names_that_ros_refuses_are_refused(kind: str, domain_id: int, name: str, namespace: str) -> None:
+def test_illegal_node_names_are_refused(kind: str, domain_id: int, name: str, namespace: str) -> None:
     make = DdsTransport if kind == "dds" else RclTransport
     with pytest.raises(TopicError):
         make(JoinOptions(Domain(domain_id, "LOCALHOST"), name, namespace))
@@ -132,7 +132,7 @@ def elsewhere() -> Iterator[int]:
         yield number
 
 
-def test_domains_do_not_hear_each_other(elsewhere: int, join: Join) -> None:
+def test_messages_stay_in_their_domain(elsewhere: int, join: Join) -> None:
     near, far = Inbox(), Inbox()
     writer = join("alice").writer("/chatter", STRING, QoS())
     join("carol", elsewhere).reader("/chatter", STRING, QoS(), far)

@@ -26,7 +26,7 @@ def known(transport: Transport, topic: str) -> list[tuple[str, str, str]]:
     return [(end.direction, end.message_type, end.full_node) for end in ends]
 
 
-def test_the_graph_tells_who_writes_and_reads_what(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
+def test_the_graph_has_the_writers_and_readers_of_each_topic(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
     alice.writer("/chatter", STRING, LATCHED)
     bob.reader("/chatter", STRING, QoS(depth=5, reliability="bestEffort"), Inbox())
     nodes = ("", "") if kind == "memory" else ("/alice", "/bob")
@@ -46,7 +46,7 @@ def test_the_graph_tells_who_writes_and_reads_what(alice: AnyTransport, bob: Any
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_the_graph_follows_who_comes_and_goes(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_the_graph_changes_when_endpoints_open_and_close(alice: AnyTransport, bob: AnyTransport) -> None:
     assert known(alice, "/chatter") == []
     for _ in range(2):
         reader = bob.reader("/chatter", STRING, QoS(), Inbox())
@@ -56,7 +56,7 @@ def test_the_graph_follows_who_comes_and_goes(alice: AnyTransport, bob: AnyTrans
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_a_peer_that_leaves_is_gone_from_the_graph(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_a_closed_peer_leaves_the_graph(alice: AnyTransport, bob: AnyTransport) -> None:
     bob.writer("/chatter", STRING, QoS())
     assert eventually(lambda: known(alice, "/chatter") == [("publish", STRING, "/bob")])
     bob.close()
@@ -64,7 +64,9 @@ def test_a_peer_that_leaves_is_gone_from_the_graph(alice: AnyTransport, bob: Any
     assert "/bob" not in {end.full_node for end in alice.graph().endpoints}
 
 
-def test_discovery_ends_when_it_is_enough_or_the_time_is_up(alice: AnyTransport, bob: AnyTransport, kind: str) -> None:
+def test_discovery_ends_when_enough_is_found_or_after_its_time(
+    alice: AnyTransport, bob: AnyTransport, kind: str
+) -> None:
     assert discover(alice, 0.0).publishers("/chatter") == []
     bob.writer("/chatter", STRING, QoS())
     found = discover(alice, 60.0, lambda graph: graph.publishers("/chatter"))
@@ -73,13 +75,13 @@ def test_discovery_ends_when_it_is_enough_or_the_time_is_up(alice: AnyTransport,
     assert [end.node for end in named] == ["" if kind == "memory" else "bob"]
 
 
-def test_a_transport_that_is_closed_tells_of_nobody(alice: AnyTransport) -> None:
+def test_a_closed_transport_raises_an_error_for_its_graph(alice: AnyTransport) -> None:
     alice.close()
     with pytest.raises(TransportError, match="the transport is closed"):
         alice.graph()
 
 
-def test_the_graph_answers_what_is_asked_for(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_the_graph_can_be_asked_for_single_topics(alice: AnyTransport, bob: AnyTransport) -> None:
     alice.writer("/chatter", STRING, QoS())
     bob.reader("/chatter", STRING, QoS(), Inbox())
     assert eventually(lambda: alice.graph([("/chatter", "subscribe")]).subscribers("/chatter"))
@@ -99,7 +101,7 @@ def test_matched_ends_when_the_peer_leaves(bob: AnyTransport, join: Join) -> Non
 
 
 @pytest.mark.parametrize("kind", ["memory", *FAITHFUL], indirect=True)
-def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
+def test_a_returning_peer_gets_messages_again(join: Join) -> None:
     writer = join("alice").writer("/chatter", STRING, QoS())
     for _ in range(2):
         inbox = Inbox()
@@ -113,7 +115,7 @@ def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
 
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY, COMPOSED], indirect=True)
-def test_a_peer_that_is_killed_is_given_up_and_its_successor_served(alice: AnyTransport, start_peer: StartPeer) -> None:
+def test_after_a_killed_peer_its_successor_gets_messages(alice: AnyTransport, start_peer: StartPeer) -> None:
     inbox = Inbox()
     ping = alice.writer("/ping", STRING, QoS())
     alice.reader("/pong", STRING, QoS(), inbox)
@@ -131,7 +133,7 @@ def test_a_peer_that_is_killed_is_given_up_and_its_successor_served(alice: AnyTr
 
 
 @pytest.mark.parametrize("kind", ["dds"], indirect=True)
-def test_messages_for_a_peer_that_is_stopped_are_given_up_and_counted(join: Join, start_peer: StartPeer) -> None:
+def test_messages_for_a_stopped_peer_are_dropped_and_counted(join: Join, start_peer: StartPeer) -> None:
     writer = join("alice").writer("/ping", STRING, QoS(history="keepAll"))
     peer = start_peer("echo", CYCLONEDDS_URI=SHORT_LEASE)
     assert eventually(lambda: writer.matched)

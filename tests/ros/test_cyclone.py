@@ -41,11 +41,11 @@ def endpoints(participant: Any) -> tuple[Any, Any]:
     return DataWriter(participant, topic, qos=policies), DataReader(participant, topic, qos=policies)
 
 
-def test_the_version_is_the_one_these_functions_were_read_in() -> None:
+def test_cyclonedds_has_the_pinned_version() -> None:
     assert importlib.metadata.version("cyclonedds") == "11.0.1"
 
 
-def test_write_takes_a_handle_and_bytes_and_take_a_handle_a_mask_and_a_number(endpoints: tuple[Any, Any]) -> None:
+def test_the_private_functions_have_the_expected_arguments(endpoints: tuple[Any, Any]) -> None:
     writer, reader = endpoints
     data = encode(String("hi"))
     assert _clayer.ddspy_write(writer._ref, data) == 0
@@ -55,7 +55,7 @@ def test_write_takes_a_handle_and_bytes_and_take_a_handle_a_mask_and_a_number(en
     assert _clayer.ddspy_take(reader._ref, 0x7F, 10) == []
 
 
-def test_handles_that_are_gone_give_negative_codes(endpoints: tuple[Any, Any]) -> None:
+def test_handles_of_deleted_entities_give_negative_codes(endpoints: tuple[Any, Any]) -> None:
     for entity in endpoints:
         cyclone.delete(entity)
         cyclone.delete(entity)
@@ -63,7 +63,7 @@ def test_handles_that_are_gone_give_negative_codes(endpoints: tuple[Any, Any]) -
     assert _clayer.ddspy_take(endpoints[1]._ref, 0x7F, 10) < 0
 
 
-def test_take_empties_the_reader_however_much_there_is(endpoints: tuple[Any, Any]) -> None:
+def test_repeated_takes_empty_the_queue(endpoints: tuple[Any, Any]) -> None:
     writer, reader = endpoints
     for number in range(150):
         assert cyclone.write(writer, encode(String(str(number)))) == 0
@@ -74,7 +74,7 @@ def test_take_empties_the_reader_however_much_there_is(endpoints: tuple[Any, Any
 
 
 @pytest.mark.parametrize("data", [b"", b"\0\1", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\7\0\0abcd"])
-def test_malformed_bytes_are_refused_with_a_code(endpoints: tuple[Any, Any], data: bytes) -> None:
+def test_malformed_bytes_give_an_error_code(endpoints: tuple[Any, Any], data: bytes) -> None:
     assert cyclone.write(endpoints[0], data) < 0
     assert "Bad parameter" in cyclone.reason(cyclone.write(endpoints[0], data))
 
@@ -99,49 +99,49 @@ def test_the_subnet_is_searched_by_multicast_and_the_host_by_unicast() -> None:
     assert "autodetermine" not in cyclone.configurations(Domain())[1]
 
 
-def test_localhost_means_no_multicast() -> None:
+def test_the_range_localhost_has_no_multicast() -> None:
     assert all(found["AllowMulticast"] == "false" for found in parsed(Domain(0, "LOCALHOST")))
 
 
-def test_off_means_a_tag_that_no_other_process_has() -> None:
+def test_the_range_off_has_a_tag_of_this_process() -> None:
     (found,) = parsed(Domain(0, "OFF", ("127.0.0.1",)))
     tag = f"ros_discovery_off_{os.getpid()}"
     assert found == SIZE | {"AllowMulticast": "false", "ParticipantIndex": "none", "Tag": tag, "peers": []}
 
 
-def test_the_system_default_is_cyclones_own() -> None:
+def test_the_range_system_default_is_an_empty_configuration() -> None:
     assert cyclone.configurations(Domain(0, "SYSTEM_DEFAULT")) == [""]
 
 
-def test_static_peers_are_resolved_here() -> None:
+def test_static_peers_are_resolved_to_addresses() -> None:
     peers = parsed(Domain(0, "SUBNET", ("localhost", "192.0.2.7")))[0]["peers"]
     assert peers == ["127.0.0.1", "127.0.0.1", "192.0.2.7"]
     with pytest.raises(TransportError, match="ROS_STATIC_PEERS has an unknown host 'no such host'"):
         cyclone.join(Domain(0, "SUBNET", ("no such host",)), "")
 
 
-def test_the_users_own_configuration_comes_last_and_so_wins() -> None:
+def test_the_configuration_of_the_user_is_last_and_so_wins() -> None:
     own = '<CycloneDDS><Domain Id="any"><General><AllowMulticast>spdp</AllowMulticast></General></Domain></CycloneDDS>'
     (text,) = cyclone.configurations(Domain(0, "LOCALHOST", (), own))
     assert text.endswith(f",{own}")
     assert "Interfaces" not in text
 
 
-def test_the_users_own_configuration_is_used(domain_id: int, capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_configuration_of_the_user_is_used(domain_id: int, capfd: pytest.CaptureFixture[str]) -> None:
     own = '<CycloneDDS><Domain Id="any"><NoSuchElement/></Domain></CycloneDDS>'
     with pytest.raises(TransportError, match=f"cannot join domain {domain_id}"):
         cyclone.join(Domain(domain_id, "LOCALHOST", (), own), "")
     assert "NoSuchElement" in capfd.readouterr().err
 
 
-def test_the_user_may_choose_other_sizes_of_datagrams(domain_id: int) -> None:
+def test_the_configuration_of_the_user_can_change_the_datagram_size(domain_id: int) -> None:
     sizes = "<General><FragmentSize>1344B</FragmentSize><MaxMessageSize>65500B</MaxMessageSize></General>"
     own = f'<CycloneDDS><Domain Id="any">{sizes}</Domain></CycloneDDS>'
     domain = Domain(domain_id, "LOCALHOST", (), own)
     cyclone.leave(domain, cyclone.join(domain, ""))
 
 
-def test_a_domain_is_open_for_as_long_as_somebody_is_in_it(domain_id: int) -> None:
+def test_a_domain_stays_open_until_its_last_participant_leaves(domain_id: int) -> None:
     domain = Domain(domain_id, "OFF")
     first, second = cyclone.join(domain, ""), cyclone.join(domain, "")
     cyclone.leave(domain, first)
@@ -151,7 +151,7 @@ def test_a_domain_is_open_for_as_long_as_somebody_is_in_it(domain_id: int) -> No
     cyclone.leave(other, cyclone.join(other, ""))
 
 
-def test_a_domain_that_the_process_is_in_otherwise_cannot_be_joined(domain_id: int) -> None:
+def test_a_joined_domain_cannot_be_joined_with_another_configuration(domain_id: int) -> None:
     stranger = DomainParticipant(domain_id)
     with pytest.raises(TransportError, match=f"cannot join domain {domain_id}"):
         cyclone.join(Domain(domain_id, "LOCALHOST"), "")
@@ -159,7 +159,7 @@ def test_a_domain_that_the_process_is_in_otherwise_cannot_be_joined(domain_id: i
 
 
 @pytest.mark.parametrize("make", [DataWriter, DataReader])
-def test_deleting_does_not_wait_for_pythons_collector(domain_id: int, make: Callable[..., Any]) -> None:
+def test_an_entity_is_deleted_without_the_garbage_collector(domain_id: int, make: Callable[..., Any]) -> None:
     domain = Domain(domain_id, "OFF")
     participant = cyclone.join(domain, "")
     entity = make(participant, Topic(participant, "rt/chatter", idl_type(STRING)))
@@ -168,7 +168,7 @@ def test_deleting_does_not_wait_for_pythons_collector(domain_id: int, make: Call
     cyclone.delete(entity)
 
 
-def test_a_message_tells_its_writer_by_a_handle_from_which_its_gid_is_found(endpoints: tuple[Any, Any]) -> None:
+def test_the_gid_of_a_messages_writer_is_found_from_the_handle(endpoints: tuple[Any, Any]) -> None:
     writer, reader = endpoints
     assert cyclone.write(writer, encode(String("hi"))) == 0
     ((_, handle),) = cyclone.take(reader)
@@ -186,6 +186,6 @@ def test_a_message_tells_its_writer_by_a_handle_from_which_its_gid_is_found(endp
         QoS(deadline=0.25, liveliness="manualByTopic", lease_duration=1.5),
     ],
 )
-def test_policies_are_read_back_as_the_profile_that_they_were_made_from(participant: Any, qos: QoS) -> None:
+def test_policies_are_read_back_as_the_same_profile(participant: Any, qos: QoS) -> None:
     writer = DataWriter(participant, Topic(participant, "rt/t", idl_type(STRING)), qos=cyclone.endpoint_qos(qos, ""))
     assert cyclone.read_qos(writer.get_qos()) == qos

@@ -40,7 +40,7 @@ def alice(dds: OpenDds) -> DdsTransport:
     return dds("alice", node_namespace="/robots")
 
 
-def test_two_processes_hear_each_other(alice: DdsTransport, start_peer: StartPeer) -> None:
+def test_two_processes_exchange_messages(alice: DdsTransport, start_peer: StartPeer) -> None:
     heard: list[bytes] = []
     alice.reader("/pong", STRING, QoS(), heard.append)
     ping = alice.writer("/ping", STRING, QoS())
@@ -52,7 +52,7 @@ def test_two_processes_hear_each_other(alice: DdsTransport, start_peer: StartPee
     assert eventually(lambda: not ping.matched)
 
 
-def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTransport) -> None:
+def test_messages_that_arrive_while_the_process_is_busy_are_all_delivered(alice: DdsTransport) -> None:
     heard: list[bytes] = []
     busy, free = threading.Event(), threading.Event()
 
@@ -72,7 +72,7 @@ def test_what_comes_while_the_process_is_busy_is_all_delivered(alice: DdsTranspo
     assert eventually(lambda: len(heard) == 501)
 
 
-def test_a_patient_writer_loses_what_it_counts_as_given_up_and_no_more(dds: OpenDds, start_peer: StartPeer) -> None:
+def test_a_patient_writer_loses_only_the_messages_that_it_counts(dds: OpenDds, start_peer: StartPeer) -> None:
     patient, heard, number = dds("patient", patient=True), set(), 0
     patient.reader("/pong", STRING, QoS(), lambda data: heard.add(data[8:10]))
     ping = patient.writer("/ping", STRING, QoS(depth=2))
@@ -91,7 +91,7 @@ def test_a_patient_writer_loses_what_it_counts_as_given_up_and_no_more(dds: Open
     end_peer(process)
 
 
-def test_writing_to_a_topic_that_a_peer_writes_to_as_well_does_not_lock_up(start_peer: StartPeer) -> None:
+def test_two_writers_of_one_topic_do_not_deadlock(start_peer: StartPeer) -> None:
     start_peer("flood")
     assert start_peer("crowd").wait(timeout=2 * PATIENCE) == 0
 
@@ -174,7 +174,7 @@ def test_a_message_of_another_type_is_refused_by_the_writer(alice: DdsTransport)
         writer.write(encode(String("hi")))
 
 
-def test_a_message_that_is_not_padded_is_padded(alice: DdsTransport) -> None:
+def test_an_unpadded_message_is_padded_to_four_bytes(alice: DdsTransport) -> None:
     heard: list[bytes] = []
     alice.reader("/chatter", STRING, QoS(), heard.append)
     writer = alice.writer("/chatter", STRING, QoS())
@@ -189,7 +189,7 @@ def test_a_topic_has_one_type(alice: DdsTransport) -> None:
         alice.reader("/chatter", "std_msgs/msg/Bool", QoS(), lambda data: None)
 
 
-def test_a_topic_that_was_left_may_get_another_type(alice: DdsTransport) -> None:
+def test_a_topic_without_endpoints_may_get_another_type(alice: DdsTransport) -> None:
     first, second = alice.writer("/chatter", STRING, QoS()), alice.writer("/chatter", STRING, QoS())
     first.close()
     with pytest.raises(TransportError, match="chatter has the type"):
@@ -198,7 +198,7 @@ def test_a_topic_that_was_left_may_get_another_type(alice: DdsTransport) -> None
     alice.writer("/chatter", "std_msgs/msg/Bool", QoS())
 
 
-def test_one_process_is_in_a_domain_with_one_configuration(alice: DdsTransport, domain: Domain) -> None:
+def test_a_process_joins_a_domain_with_one_configuration_only(alice: DdsTransport, domain: Domain) -> None:
     with pytest.raises(TransportError, match="already joined domain"):
         DdsTransport(JoinOptions(Domain(domain.id, "SUBNET"), "bob"))
 
@@ -236,7 +236,7 @@ raise SystemExit(3)
     assert eventually(lambda: graph.nodes() == {})
 
 
-def test_a_transport_that_cannot_be_made_leaves_nothing_behind(domain: Domain, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_transport_that_cannot_join_leaves_no_entities(domain: Domain, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise TransportError("on purpose")
 
@@ -255,7 +255,7 @@ def test_a_transport_that_cannot_be_made_leaves_nothing_behind(domain: Domain, m
         (f"<CycloneDDS><Domain>{NO_SUCH}</Domain></CycloneDDS>", "none9: does not match an available interface"),
     ],
 )
-def test_a_configuration_that_cyclone_refuses_is_told_with_its_reason(configuration: str, reason: str) -> None:
+def test_a_configuration_that_cyclone_refuses_is_reported_with_the_reason(configuration: str, reason: str) -> None:
     result = process("topic", "list", "--transport", "dds", env={"CYCLONEDDS_URI": configuration})
     (said,) = result.err.splitlines()
     assert result.code == 1

@@ -71,7 +71,7 @@ def peer(domain: Domain) -> Iterator[Participant]:
     cyclone.leave(domain, opened.participant)
 
 
-def test_the_header_stands_between_the_encapsulation_and_the_message() -> None:
+def test_the_call_header_is_between_encapsulation_and_message() -> None:
     message = SEEN[:4] + SEEN[20:]
     assert without_header(SEEN) == (CLIENT, 1, message)
     assert with_header(message, CLIENT, 1) == SEEN
@@ -79,7 +79,9 @@ def test_the_header_stands_between_the_encapsulation_and_the_message() -> None:
 
 
 @given(st.integers(0, 2**64 - 1), st.integers(-(2**63), 2**63 - 1), st.binary(min_size=1), st.booleans())
-def test_what_a_header_is_put_before_is_found_behind_it(client: int, number: int, body: bytes, little: bool) -> None:
+def test_a_message_is_unchanged_after_adding_and_removing_a_header(
+    client: int, number: int, body: bytes, little: bool
+) -> None:
     message = bytes((0, little, 0, 0)) + body
     sent = with_header(message, client, number)
     assert len(sent) % 4 == 0
@@ -91,7 +93,7 @@ def test_what_a_header_is_put_before_is_found_behind_it(client: int, number: int
 
 
 @given(st.binary(max_size=40))
-def test_bytes_of_all_kinds_have_a_header_or_have_none(data: bytes) -> None:
+def test_any_bytes_have_a_header_or_are_reported_as_malformed(data: bytes) -> None:
     found = without_header(data)
     assert (found is not None) == (len(data) > 20 and data[1] in (0, 1))
 
@@ -101,9 +103,7 @@ def test_identities_are_written_as_rmw_cyclonedds_cpp_writes_them() -> None:
     assert identity(participant, 8) == " 1.10.5c.5c.f8.57.8d.cf.c0.2b.1d.8b.0.0.0.8"
 
 
-def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_messages(
-    bob: DdsTransport, peer: Participant
-) -> None:
+def test_reader_and_writer_of_a_service_announce_identity_and_type_hashes(bob: DdsTransport, peer: Participant) -> None:
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "")
     hearing = peer.open(DataReader, "rr/triggerReply", "Response", "")
@@ -116,7 +116,7 @@ def test_both_ends_of_a_service_tell_their_identity_and_the_hash_of_their_own_me
     assert eventually(lambda: not cyclone.readers_of(asking) and not cyclone.writers_of(hearing))
 
 
-def test_an_answer_waits_for_the_reader_that_it_is_for(bob: DdsTransport, peer: Participant) -> None:
+def test_a_response_waits_for_the_discovery_of_the_clients_reader(bob: DdsTransport, peer: Participant) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
@@ -130,7 +130,7 @@ def test_an_answer_waits_for_the_reader_that_it_is_for(bob: DdsTransport, peer: 
     assert heard(ours) == [with_header(ANSWER, CLIENT, 1)]
 
 
-def test_an_answer_that_waits_for_a_client_that_goes_is_forgotten(bob: DdsTransport, peer: Participant) -> None:
+def test_a_held_response_is_discarded_when_the_client_leaves(bob: DdsTransport, peer: Participant) -> None:
     asked: list[bytes] = []
     server = bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: asked.append(request_id))
     asking = peer.open(DataWriter, "rq/triggerRequest", "Request", "clientid=ours;")
@@ -163,7 +163,7 @@ def test_clients_and_servers_of_early_versions_have_no_identity(bob: DdsTranspor
     assert eventually(lambda: cyclone.take(hearing))
 
 
-def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(bob: DdsTransport, peer: Participant) -> None:
+def test_a_reader_and_a_writer_with_different_identities_are_not_a_server(bob: DdsTransport, peer: Participant) -> None:
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
     asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
     answering = peer.open(DataWriter, "rr/triggerReply", "Response", "serviceid=another;")
@@ -173,7 +173,7 @@ def test_a_server_whose_reader_and_writer_do_not_belong_together_is_none(bob: Dd
     assert eventually(lambda: client.ready)
 
 
-def test_answers_to_others_and_to_nobody_are_passed_over(bob: DdsTransport, peer: Participant) -> None:
+def test_responses_to_other_clients_and_unknown_calls_are_ignored(bob: DdsTransport, peer: Participant) -> None:
     answers: list[int] = []
     client = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: answers.append(number))
     asked = peer.open(DataReader, "rq/triggerRequest", "Request", "serviceid=one;")
@@ -207,7 +207,7 @@ def test_a_request_without_a_header_or_a_message_is_dropped_and_counted(
     assert eventually(lambda: asked, lambda: ping.write(encode(String("call"))))
 
 
-def test_a_service_that_cannot_be_opened_leaves_nothing(bob: DdsTransport, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_service_that_cannot_be_opened_leaves_no_entities(bob: DdsTransport, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*arguments: object, **options: object) -> None:
         raise DDSException(DDSException.DDS_RETCODE_OUT_OF_RESOURCES)
 
@@ -228,7 +228,7 @@ def test_a_service_of_another_type_cannot_have_the_same_name(bob: DdsTransport) 
     bob.reader("/triggerRequest", "std_msgs/msg/String", QoS(), lambda data: None)
 
 
-def test_threads_that_read_policies_at_the_same_time_read_their_own(domain_id: int) -> None:
+def test_concurrent_threads_read_the_right_policies(domain_id: int) -> None:
     domain = Domain(domain_id, "OFF")
     participant = cyclone.join(domain, "")
     texts = ["", "clientid=1;", "x" * 500]

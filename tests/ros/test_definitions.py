@@ -132,11 +132,11 @@ def refusal(definitions: Definitions, message_type: str = "my_msgs/msg/Thing") -
 
 
 @pytest.mark.parametrize(("name", "value"), HASHES.items())
-def test_hashes_of_what_ships_are_those_of_ros_2(name: str, value: str) -> None:
+def test_type_hashes_of_included_types_equal_those_of_ros_2(name: str, value: str) -> None:
     assert DEFINITIONS.type_hash(name) == f"RIHS01_{value}"
 
 
-def test_hashes_of_a_users_types_are_those_of_ros_2(mine: Definitions) -> None:
+def test_type_hashes_of_user_types_equal_those_of_ros_2(mine: Definitions) -> None:
     assert {name: mine.type_hash(name) for name in OF_MY_MSGS} == {k: f"RIHS01_{v}" for k, v in OF_MY_MSGS.items()}
 
 
@@ -145,7 +145,7 @@ INSTALLED = [Path(prefix, "share") for prefix in (os.environ.get("AMENT_PREFIX_P
 
 
 @pytest.mark.ros
-def test_hashes_of_everything_that_is_installed_are_those_that_rosidl_generated() -> None:
+def test_type_hashes_of_installed_types_equal_those_of_rosidl() -> None:
     definitions, compared = DEFINITIONS.extended(installed=INSTALLED), 0
     folders = [folder for share in INSTALLED for kind in ("msg", "srv", "action") for folder in share.glob(f"*/{kind}")]
     for path in (file for folder in folders for file in folder.glob("*.json")):
@@ -158,7 +158,7 @@ def test_hashes_of_everything_that_is_installed_are_those_that_rosidl_generated(
 # What a file defines
 
 
-def test_a_users_message_is_a_class_whose_fields_are_those_of_the_file(mine: Definitions) -> None:
+def test_the_class_of_a_users_message_has_the_fields_of_the_file(mine: Definitions) -> None:
     tag = mine.initial("my_msgs/msg/Tag")
     assert (tag.KIND_A, tag.name, tag.lambda_, tag.letter, tag.short) == (1, "none", 0.0, 0, "")
     assert (tag.parts, tag.pair, tag.tiny) == ([], ["", ""], [])
@@ -186,7 +186,7 @@ def test_a_users_message_can_be_described_to_dds(mine: Definitions) -> None:
         assert idl_type(name, mine) is described
 
 
-def test_services_and_actions_have_the_messages_that_ros_2_makes_of_them(mine: Definitions) -> None:
+def test_services_and_actions_have_the_same_messages_as_in_ros_2(mine: Definitions) -> None:
     response = mine.initial("my_msgs/srv/Ask_Response")
     assert response.tags == []
     assert mine.fields("my_msgs/srv/Ask_Request") == []
@@ -215,7 +215,7 @@ def test_services_and_actions_have_the_messages_that_ros_2_makes_of_them(mine: D
         ('string[] x ["a", "b"]', ["a", "b"]),
     ],
 )
-def test_a_field_begins_with_the_value_that_its_definition_gives_it(tmp_path: Path, text: str, expected: Any) -> None:
+def test_a_field_begins_with_the_default_of_its_definition(tmp_path: Path, text: str, expected: Any) -> None:
     definitions = given(tmp_path, text)
     value = definitions.initial("my_msgs/msg/Thing").x
     assert (value.tolist() if isinstance(value, np.ndarray) else value) == expected
@@ -229,14 +229,14 @@ def test_quaternions_begin_upright_as_in_ros_2() -> None:
     assert DEFINITIONS.initial("sensor_msgs/msg/NavSatFix").status.status == -2
 
 
-def test_every_message_that_is_known_begins_with_legal_values() -> None:
+def test_every_known_message_begins_with_legal_values() -> None:
     names = [name for name in DEFINITIONS.names() if DEFINITIONS.definition(name).is_message]
     assert len(names) > 200
     for name in names:
         messages.check(DEFINITIONS.initial(name))
 
 
-def test_lines_may_end_as_on_windows(tmp_path: Path) -> None:
+def test_line_ends_of_windows_are_accepted(tmp_path: Path) -> None:
     definitions = given(tmp_path, "int32 a\r\nint32 b\r\n")
     assert [name for name, _ in definitions.fields("my_msgs/msg/Thing")] == ["a", "b"]
 
@@ -246,7 +246,7 @@ def test_a_file_without_fields_is_a_message_without_fields(tmp_path: Path) -> No
     assert messages.encode(definitions.initial("my_msgs/msg/Thing"), definitions) == b"\0\1\0\0" + bytes(4)
 
 
-def test_the_text_for_recordings_defines_the_same_again(mine: Definitions) -> None:
+def test_the_text_for_recordings_defines_the_same_type(mine: Definitions) -> None:
     found = get_types_from_msg(mine.text("my_msgs/msg/Tag"), "my_msgs/msg/Tag")
     parts = {f"geometry_msgs/msg/{part}" for part in ("Pose", "Point", "Quaternion")}
     assert set(found) == {"my_msgs/msg/Tag", "my_msgs/msg/Part", *parts}
@@ -258,26 +258,26 @@ def test_the_text_for_recordings_defines_the_same_again(mine: Definitions) -> No
 
 
 @pytest.mark.parametrize("path", ["src/my_msgs", "src", "", "src/my_msgs/msg"])
-def test_a_package_is_found_by_itself_or_in_a_folder(tmp_path: Path, path: str) -> None:
+def test_a_path_may_be_a_package_or_a_folder_of_packages(tmp_path: Path, path: str) -> None:
     package(tmp_path / "src", MY_MSGS)
     assert DEFINITIONS.extended([tmp_path / path]).initial("my_msgs/msg/Part").words == []
 
 
-def test_a_file_alone_will_do(tmp_path: Path) -> None:
+def test_a_path_may_be_a_single_file(tmp_path: Path) -> None:
     folder = package(tmp_path, MY_MSGS)
     definitions = DEFINITIONS.extended([folder / "msg" / "Part.msg"])
     assert definitions.initial("my_msgs/msg/Part").words == []
     assert refusal(definitions, "my_msgs/msg/Tag") == "no message type 'my_msgs/msg/Tag'\nmy_msgs/msg: Part"
 
 
-def test_a_packages_name_is_that_of_its_manifest(tmp_path: Path) -> None:
+def test_the_manifest_gives_the_name_of_a_package(tmp_path: Path) -> None:
     folder = package(tmp_path, {**MY_MSGS, "package.xml": "<package><name>other_msgs</name></package>"})
     definitions = DEFINITIONS.extended([folder])
     assert definitions.initial("other_msgs/msg/Part").words == []
     assert "no message type" in refusal(definitions, "my_msgs/msg/Part")
 
 
-def test_what_colcon_ignores_is_not_looked_into(tmp_path: Path) -> None:
+def test_folders_that_colcon_ignores_are_not_searched(tmp_path: Path) -> None:
     package(tmp_path / "build", {"msg/Part.msg": "int32 stale"})
     (tmp_path / "build" / "COLCON_IGNORE").touch()
     package(tmp_path / "src", MY_MSGS)
@@ -292,7 +292,7 @@ def test_the_first_folder_wins_and_installed_packages_come_last(tmp_path: Path) 
     assert DEFINITIONS.extended([], [share]).fields("my_msgs/msg/Thing")[0][0] == "share"
 
 
-def test_installed_packages_may_have_idl_alone(tmp_path: Path) -> None:
+def test_installed_packages_may_have_only_idl_files(tmp_path: Path) -> None:
     text = """
         module my_msgs { module msg {
           @verbatim (language="comment", text="a thing")
@@ -304,7 +304,7 @@ def test_installed_packages_may_have_idl_alone(tmp_path: Path) -> None:
     assert (thing.number, thing.few.dtype) == (0, np.float64)
 
 
-def test_folders_add_types_to_those_that_are_there_and_to_nobody_elses(tmp_path: Path) -> None:
+def test_folders_add_types_to_one_registry_only(tmp_path: Path) -> None:
     before = DEFINITIONS.names()
     mine = DEFINITIONS.extended([package(tmp_path, MY_MSGS)])
     mine.message_class("my_msgs/msg/Tag")
@@ -315,7 +315,7 @@ def test_folders_add_types_to_those_that_are_there_and_to_nobody_elses(tmp_path:
     assert "no message type" in refusal(DEFINITIONS, "my_msgs/msg/Tag")
 
 
-def test_two_users_may_have_two_types_of_one_name(tmp_path: Path) -> None:
+def test_two_registries_may_have_different_types_with_one_name(tmp_path: Path) -> None:
     one, other = given(tmp_path / "one", "int32 a"), given(tmp_path / "other", "float64 b")
     first, second = (definitions.initial("my_msgs/msg/Thing") for definitions in (one, other))
     assert len(messages.encode(first, one)) == 8
@@ -324,14 +324,14 @@ def test_two_users_may_have_two_types_of_one_name(tmp_path: Path) -> None:
     assert (hasattr(first, "b"), hasattr(second, "a")) == (False, False)
 
 
-def test_no_folders_no_other_definitions() -> None:
+def test_without_folders_extended_returns_the_same_definitions() -> None:
     assert DEFINITIONS.extended() is DEFINITIONS
 
 
 # What is refused
 
 
-def test_another_definition_of_a_type_of_jazzy_is_refused_when_it_is_asked_for(tmp_path: Path) -> None:
+def test_another_definition_of_an_included_type_is_refused_at_its_first_use(tmp_path: Path) -> None:
     twist, vector = "Vector3 linear\nVector3 rotation\n", "float64 x\nfloat64 y\nfloat64 z\n"
     files = {"msg/Twist.msg": twist, "msg/Vector3.msg": vector}
     definitions = DEFINITIONS.extended([package(tmp_path, files, "geometry_msgs")])
@@ -345,13 +345,13 @@ def test_another_definition_of_a_type_of_jazzy_is_refused_when_it_is_asked_for(t
     "name",
     ["", "/", "Thing", "my_msgs/Thing", "my_msgs/msg/../Thing", "../my_msgs/msg/Thing", "my_msgs/msg/thing", "a/b/C"],
 )
-def test_a_name_that_is_none_is_no_type_and_leads_out_of_no_folder(tmp_path: Path, name: str) -> None:
+def test_an_illegal_type_name_is_refused_and_leaves_no_folder(tmp_path: Path, name: str) -> None:
     package(tmp_path, MY_MSGS)
     (tmp_path / "Thing.msg").write_text("int32 a")
     assert "no message type" in refusal(DEFINITIONS.extended(installed=[tmp_path / "my_msgs" / "msg"]), name)
 
 
-def test_a_very_long_name_is_refused_at_once_and_told_in_short() -> None:
+def test_a_very_long_name_is_refused_quickly_with_a_short_message() -> None:
     assert len(refusal(DEFINITIONS, "a" * 100_000 + "!/msg/Thing")) < 300
     assert len(refusal(DEFINITIONS, "a/msg/" + "A" * 100_000 + "!")) < 300
 
@@ -366,11 +366,11 @@ def test_a_very_long_name_is_refused_at_once_and_told_in_short() -> None:
         ("xyzzy/msg/Xyzzy", "give the folder of its package with --msg-path, or source the workspace"),
     ],
 )
-def test_an_unknown_type_is_told_with_what_is_near(name: str, hint: str) -> None:
+def test_the_error_about_an_unknown_type_suggests_similar_types(name: str, hint: str) -> None:
     assert hint in refusal(DEFINITIONS, name)
 
 
-def test_a_part_that_nobody_knows_is_told_with_the_whole(tmp_path: Path) -> None:
+def test_the_error_about_an_unknown_field_type_names_the_message(tmp_path: Path) -> None:
     message = refusal(given(tmp_path, "other_msgs/Part part"))
     assert "no message type 'other_msgs/msg/Part', which my_msgs/msg/Thing contains" in message
 
@@ -399,34 +399,34 @@ def test_a_part_that_nobody_knows_is_told_with_the_whole(tmp_path: Path) -> None
         (f"int32 a\n{'=' * 80}\nMSG: my_msgs/Other\nint32 b", "is not a definition of a field or constant"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_told_with_the_place(tmp_path: Path, text: str, fault: str) -> None:
+def test_the_error_about_an_unusable_file_has_the_position(tmp_path: Path, text: str, fault: str) -> None:
     message = refusal(given(tmp_path, text))
     assert str(tmp_path / "my_msgs" / "msg" / "Thing.msg") in message
     assert fault in message
 
 
-def test_a_service_without_its_line_is_told(tmp_path: Path) -> None:
+def test_a_service_without_its_separator_is_reported(tmp_path: Path) -> None:
     message = refusal(given(tmp_path, "int32 a", "my_msgs/srv/Ask"), "my_msgs/srv/Ask_Request")
     assert "has 1 parts, a .srv file has 2\nseparate the parts by a line with three dashes" in message
 
 
-def test_the_line_of_a_fault_is_that_of_the_whole_file(tmp_path: Path) -> None:
+def test_an_error_has_its_line_in_the_whole_file(tmp_path: Path) -> None:
     definitions = given(tmp_path, "int32 a\n---\nint32 b\nint32\n", "my_msgs/srv/Ask")
     assert "Ask.srv:4: 'int32'" in refusal(definitions, "my_msgs/srv/Ask_Response")
 
 
-def test_types_that_consist_of_each_other_are_refused(tmp_path: Path) -> None:
+def test_types_that_contain_each_other_are_refused(tmp_path: Path) -> None:
     folder = package(tmp_path, {"msg/One.msg": "Other other", "msg/Other.msg": "One one"})
     told = refusal(DEFINITIONS.extended([folder]), "my_msgs/msg/One")
     assert "without end: my_msgs/msg/One in my_msgs/msg/Other" in told
 
 
-def test_types_that_lie_too_deep_are_refused(tmp_path: Path) -> None:
+def test_types_with_too_deep_nesting_are_refused(tmp_path: Path) -> None:
     files = {f"msg/Level{number}.msg": f"Level{number + 1} next" for number in range(MAX_NESTING + 5)}
     assert "without end" in refusal(DEFINITIONS.extended([package(tmp_path, files)]), "my_msgs/msg/Level0")
 
 
-def test_a_few_lines_cannot_make_a_message_without_bounds(tmp_path: Path) -> None:
+def test_a_short_file_cannot_define_a_huge_message(tmp_path: Path) -> None:
     files = {f"msg/Level{number}.msg": f"Level{number + 1} one\nLevel{number + 1} other" for number in range(25)}
     definitions = DEFINITIONS.extended([package(tmp_path, {**files, "msg/Level25.msg": "int32 a"})])
     assert f"more than {MAX_VALUES} values" in refusal(definitions, "my_msgs/msg/Level0")
@@ -435,12 +435,12 @@ def test_a_few_lines_cannot_make_a_message_without_bounds(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("data", "fault"), [(b"\xff\xfe", "cannot be read"), (b"#" * (MAX_BYTES + 1), "is larger than 256 kB")]
 )
-def test_a_file_that_is_no_text_or_too_long_is_refused(tmp_path: Path, data: bytes, fault: str) -> None:
+def test_a_binary_or_too_long_file_is_refused(tmp_path: Path, data: bytes, fault: str) -> None:
     folder = package(tmp_path, {"msg/Thing.msg": ""})
     (folder / "msg" / "Thing.msg").write_bytes(data)
     assert fault in refusal(DEFINITIONS.extended([folder]))
 
 
-def test_errors_are_of_the_one_root() -> None:
+def test_all_errors_are_graph_errors() -> None:
     assert issubclass(MessageTypeError, GraphError)
     assert MessageTypeError.code == "G308"

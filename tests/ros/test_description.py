@@ -30,13 +30,13 @@ def encoded(text: str) -> bytes:
     return messages.encode(messages.message_class(STRING)(data=text))
 
 
-def test_what_was_published_before_is_heard() -> None:
+def test_an_earlier_latched_message_is_read() -> None:
     transport = MemoryTransport()
     transport.writer("/robot_description", STRING, LATCHED).write(encoded(TEXT))
     assert from_topic(transport, "robot_description", timeout=0.1) == TEXT
 
 
-def test_what_is_published_later_is_waited_for() -> None:
+def test_a_later_message_is_waited_for() -> None:
     transport = MemoryTransport()
     writer = transport.writer("/a/robot_description", STRING, LATCHED)
     later = threading.Timer(0.05, writer.write, [encoded(TEXT)])
@@ -45,7 +45,7 @@ def test_what_is_published_later_is_waited_for() -> None:
     later.join()
 
 
-def test_a_topic_on_which_nothing_arrives_says_who_should_talk() -> None:
+def test_the_error_about_a_silent_topic_suggests_robot_state_publisher() -> None:
     transport = MemoryTransport()
     transport.writer("/robot_description", STRING, QoS()).write(encoded(TEXT))  # not latched: gone
     with pytest.raises(TransportError) as caught:
@@ -56,7 +56,7 @@ def test_a_topic_on_which_nothing_arrives_says_who_should_talk() -> None:
     assert "robot_state_publisher" in third
 
 
-def test_names_that_ros_would_refuse_are_told() -> None:
+def test_illegal_names_are_reported() -> None:
     with pytest.raises(TopicError, match="topic name '/a b' has ' '"):
         from_topic(MemoryTransport(), "a b", timeout=0.01)
     for node, told in (("a b", "node name 'a b'"), ("/a-b/c", "namespace '/a-b'"), ("/", "node name '' .* is empty")):
@@ -91,7 +91,7 @@ def test_the_parameter_of_a_node_is_read_over_dds(dds: OpenDds) -> None:
     assert str(caught.value).endswith("nodes: /publisher")
 
 
-def test_a_node_that_leaves_a_call_unanswered_is_told() -> None:
+def test_a_call_without_a_response_is_reported() -> None:
     transport = MemoryTransport()
     transport.server("/busy/get_parameters", PARAMETERS, QoS(), lambda request_id, data: None)
     with pytest.raises(TransportError, match=r"node /busy does not answer within 0.01 s"):
@@ -141,7 +141,7 @@ def test_the_parameter_of_a_node_is_read(domain: Domain, own: str) -> None:
 
 
 @pytest.mark.ros
-def test_a_node_that_does_not_answer_is_told(domain: Domain) -> None:
+def test_a_missing_node_is_reported(domain: Domain) -> None:
     import rclpy
     from rclpy.node import Node
 

@@ -71,7 +71,7 @@ def join(domain: Domain) -> Iterator[Join]:
         cyclone.leave(domain, stranger.participant)
 
 
-def test_a_program_that_is_no_ros_node_is_seen_and_not_waited_for(alice: DdsTransport, join: Join) -> None:
+def test_discovery_does_not_wait_for_a_program_without_a_ros_node(alice: DdsTransport, join: Join) -> None:
     join("").write("rt/chatter")
     assert eventually(lambda: alice.graph().publishers("/chatter"))
     graph = discover(alice, 0.0, names=True)
@@ -80,7 +80,7 @@ def test_a_program_that_is_no_ros_node_is_seen_and_not_waited_for(alice: DdsTran
     assert (graph.complete, graph.named) == (True, True)
 
 
-def test_a_ros_process_that_has_told_nothing_is_waited_for(alice: DdsTransport, join: Join) -> None:
+def test_discovery_waits_for_a_ros_process_that_has_announced_nothing(alice: DdsTransport, join: Join) -> None:
     assert alice.graph().complete
     silent = join("enclave=/;")
     graph = alice.graph()
@@ -90,7 +90,7 @@ def test_a_ros_process_that_has_told_nothing_is_waited_for(alice: DdsTransport, 
     assert (graph.complete, graph.named) == (True, False)
 
 
-def test_endpoints_of_a_process_that_announces_no_node_tell_its_name(alice: DdsTransport, dds: OpenDds) -> None:
+def test_user_data_name_the_node_of_a_process_that_announces_none(alice: DdsTransport, dds: OpenDds) -> None:
     bob = dds("bob", node_namespace="/robot", announces=False)
     bob.writer("/chatter", STRING, QoS())
     server = bob.server("/add", "std_srvs/srv/Trigger", QoS(), lambda request_id, data: None, "/other/node")
@@ -129,20 +129,20 @@ def test_endpoints_that_name_an_announced_node_are_endpoints_of_this_node(alice:
 @pytest.mark.parametrize(
     "user_data", ["node=;", "node=bob;", "node=/bob", "mynode=/bob;", "typehash=node=/bob;", "node=\xff"]
 )
-def test_user_data_that_name_no_node_are_passed_over(alice: DdsTransport, join: Join, user_data: str) -> None:
+def test_user_data_without_a_node_name_are_ignored(alice: DdsTransport, join: Join, user_data: str) -> None:
     join("").write("rt/chatter", user_data)
     assert eventually(lambda: alice.graph().publishers("/chatter"))
     assert [end.full_node for end in alice.graph().publishers("/chatter")] == [""]
 
 
-def test_rubbish_about_nodes_is_passed_over(alice: DdsTransport, dds: OpenDds, join: Join) -> None:
+def test_malformed_announcements_are_ignored(alice: DdsTransport, dds: OpenDds, join: Join) -> None:
     liar = join("").write(discovery.TOPIC)
     assert cyclone.write(liar, encode(String("rubbish"))) == 0
     dds("bob").writer("/chatter", STRING, QoS())
     assert eventually(lambda: [end.node for end in alice.graph().publishers("/chatter")] == ["bob"])
 
 
-def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(alice: DdsTransport, dds: OpenDds) -> None:
+def test_a_node_that_left_before_the_next_graph_call_is_absent(alice: DdsTransport, dds: OpenDds) -> None:
     ready: list[bytes] = []
     alice.reader("/chatter", STRING, LATCHED, ready.append)
     alice.graph()
@@ -154,7 +154,7 @@ def test_a_node_that_came_and_went_between_two_looks_leaves_nothing(alice: DdsTr
     assert eventually(lambda: alice.graph().complete and alice.graph().named)
 
 
-def test_services_and_topics_of_others_are_no_topics_of_ros(alice: DdsTransport, join: Join) -> None:
+def test_services_and_foreign_dds_topics_are_not_ros_topics(alice: DdsTransport, join: Join) -> None:
     stranger = join("")
     for name in ("rq/addRequest", "rr/addReply", "rt", "plain", "other/rt/x"):
         stranger.write(name)
@@ -166,7 +166,7 @@ def test_services_and_topics_of_others_are_no_topics_of_ros(alice: DdsTransport,
     st.binary(min_size=16, max_size=16),
     st.lists(st.tuples(NAMES, NAMES, st.lists(GIDS, max_size=3), st.lists(GIDS, max_size=3)), max_size=3),
 )
-def test_what_a_process_tells_of_itself_is_what_the_definition_says(
+def test_the_handmade_announcement_equals_the_encoded_message(
     participant: bytes, nodes: list[tuple[str, str, list[bytes], list[bytes]]]
 ) -> None:
     data = discovery.announcement(participant, [discovery.DiscoveredNode(*node) for node in nodes])
@@ -187,5 +187,5 @@ def test_what_a_process_tells_of_itself_is_what_the_definition_says(
         ("", ""),
     ],
 )
-def test_types_of_ros_have_their_own_names(dds: str, ros: str) -> None:
+def test_dds_type_names_become_ros_names(dds: str, ros: str) -> None:
     assert ros_type(dds) == ros

@@ -11,7 +11,7 @@ def test_an_empty_environment_means_domain_0_and_the_subnet() -> None:
     assert Domain.from_environment({"ROS_DOMAIN_ID": "", "ROS_AUTOMATIC_DISCOVERY_RANGE": ""}) == Domain()
 
 
-def test_everything_that_ros_2_reads_is_read() -> None:
+def test_all_discovery_variables_of_ros_2_are_read() -> None:
     environ = {"ROS_DOMAIN_ID": "42", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     environ |= {"ROS_STATIC_PEERS": "10.0.0.7;robot.local;", "CYCLONEDDS_URI": "<CycloneDDS/>"}
     assert Domain.from_environment(environ) == Domain(42, "LOCALHOST", ("10.0.0.7", "robot.local"), "<CycloneDDS/>")
@@ -37,7 +37,7 @@ def test_localhost_only_overrules_range_and_peers() -> None:
         ("ROS_LOCALHOST_ONLY", "true", "legal: 0, 1"),
     ],
 )
-def test_a_value_that_makes_no_sense_is_an_error_that_tells_what_does(name: str, value: str, legal: str) -> None:
+def test_the_error_about_an_illegal_value_lists_the_legal_values(name: str, value: str, legal: str) -> None:
     with pytest.raises(TransportError) as caught:
         Domain.from_environment({name: value})
     assert name in str(caught.value)
@@ -45,6 +45,6 @@ def test_a_value_that_makes_no_sense_is_an_error_that_tells_what_does(name: str,
     assert legal in str(caught.value)
 
 
-def test_a_domain_that_cannot_be_cannot_be_made() -> None:
+def test_an_illegal_domain_id_is_refused() -> None:
     with pytest.raises(TransportError, match="domain id 233 is out of range; legal: 0 to 232"):
         Domain(233)

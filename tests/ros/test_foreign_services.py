@@ -27,7 +27,7 @@ def fast(domain: Domain) -> Iterator[RclTransport]:
 
 
 @pytest.mark.parametrize("kind", [pytest.param("dds", marks=pytest.mark.ros(needs.fast_dds()))])
-def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(bob: AnyTransport, fast: RclTransport) -> None:
+def test_a_client_on_fast_dds_is_reported_as_unreachable(bob: AnyTransport, fast: RclTransport) -> None:
     service_type = "rcl_interfaces/srv/GetParameters"
     asked: list[bytes] = []
     bob.server(NAME, service_type, QoS(), lambda request_id, data: asked.append(data))
@@ -51,7 +51,7 @@ def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(bob: AnyTransport
 
 
 @pytest.mark.parametrize("kind", [pytest.param("dds", marks=pytest.mark.ros(needs.fast_dds()))])
-def test_a_server_on_fast_dds_is_not_ready_and_people_are_told(bob: AnyTransport, fast: RclTransport) -> None:
+def test_a_server_on_fast_dds_is_not_ready_and_is_reported(bob: AnyTransport, fast: RclTransport) -> None:
     client, server = Client(bob), Server(fast)
     assert eventually(lambda: foreign(bob) == ["a server on rmw_fastrtps_cpp is unreachable"])
     assert eventually(lambda: foreign(fast) == ["a client on rmw_cyclonedds_cpp is unreachable"])

@@ -78,7 +78,7 @@ def encoded(speed: float) -> bytes:
     return messages.encode(twist(speed))
 
 
-def test_topics_that_are_published_or_read_are_advertised_with_their_schema(
+def test_published_and_read_topics_are_advertised_with_their_schema(
     network: LiveNetwork, client: FoxgloveClient
 ) -> None:
     network.publisher(claim("publish", "/chatter", STRING))
@@ -101,7 +101,7 @@ def test_a_message_is_wanted_only_while_a_client_subscribes(network: LiveNetwork
     assert eventually(lambda: not publisher.wanted)
 
 
-def test_nobody_wants_what_a_client_subscribed_to_that_has_gone(network: LiveNetwork, connect: Connect) -> None:
+def test_a_topic_is_unwanted_after_its_client_disconnects(network: LiveNetwork, connect: Connect) -> None:
     publisher = network.publisher(claim("publish"))
     client = connect()
     client.subscribe("/cmd_vel")
@@ -130,7 +130,7 @@ def test_clients_get_the_bytes_that_the_transport_gets(
         assert shown == memory.raw("/cmd_vel")[-len(shown) :]
 
 
-def test_a_latched_message_reaches_a_client_that_comes_late(network: LiveNetwork, connect: Connect) -> None:
+def test_a_latched_message_reaches_a_late_client(network: LiveNetwork, connect: Connect) -> None:
     publishers = [network.publisher(claim("publish", qos=LATCHED)) for _ in range(2)]
     for speed, publisher in enumerate((*publishers, *publishers)):
         publisher.publish(twist(speed))
@@ -141,7 +141,7 @@ def test_a_latched_message_reaches_a_client_that_comes_late(network: LiveNetwork
     assert client.messages["/cmd_vel"] == [encoded(2.0), encoded(3.0)]
 
 
-def test_a_topic_is_withdrawn_with_its_last_end(network: LiveNetwork, client: FoxgloveClient) -> None:
+def test_a_topic_is_withdrawn_with_its_last_endpoint(network: LiveNetwork, client: FoxgloveClient) -> None:
     first, second = (network.publisher(claim("publish")) for _ in range(2))
     assert client.until(lambda: client.channels)
     first.close()
@@ -154,9 +154,7 @@ def test_a_topic_is_withdrawn_with_its_last_end(network: LiveNetwork, client: Fo
     assert client.until(lambda: not client.channels)
 
 
-def test_what_a_client_publishes_is_frozen_by_tick_and_seen_by_sinks(
-    network: LiveNetwork, client: FoxgloveClient
-) -> None:
+def test_messages_of_a_client_are_frozen_by_tick_and_reach_sinks(network: LiveNetwork, client: FoxgloveClient) -> None:
     subscription = network.subscription(claim("subscribe", qos=QoS(depth=2)))
     taken: list[bytes] = []
 
@@ -180,7 +178,7 @@ def test_what_a_client_publishes_is_frozen_by_tick_and_seen_by_sinks(
 
 
 @pytest.mark.parametrize("also_written", [False, True])
-def test_each_message_of_a_topic_that_the_run_reads_is_shown_once(
+def test_clients_get_each_message_of_a_read_topic_once(
     memory: MemoryTransport, network: LiveNetwork, client: FoxgloveClient, also_written: bool
 ) -> None:
     first, second = (network.subscription(claim("subscribe", qos=QoS(depth=1000))) for _ in range(2))
@@ -206,7 +204,7 @@ def test_each_message_of_a_topic_that_the_run_reads_is_shown_once(
     assert shown == heard[-len(shown) :]
 
 
-def test_a_message_that_cannot_be_decoded_is_dropped_counted_and_told_once(
+def test_an_undecodable_message_is_dropped_counted_and_reported_once(
     network: LiveNetwork, client: FoxgloveClient, said: list[str]
 ) -> None:
     subscription = network.subscription(claim("subscribe"))
@@ -228,7 +226,7 @@ def test_a_message_that_cannot_be_decoded_is_dropped_counted_and_told_once(
         ("/goal_pose", "cdr", "/goal_pose: no graph of the run reads it"),
     ],
 )
-def test_a_client_is_warned_of_what_is_not_taken(
+def test_a_client_gets_a_warning_about_refused_channels(
     network: LiveNetwork, client: FoxgloveClient, topic: str, encoding: str, warning: str
 ) -> None:
     subscription = network.subscription(claim("subscribe"))
@@ -239,7 +237,7 @@ def test_a_client_is_warned_of_what_is_not_taken(
     assert list(subscription.take()) == []
 
 
-def test_a_client_that_publishes_another_type_is_told_of_as_any_peer(
+def test_a_client_with_another_type_is_reported_like_any_peer(
     network: LiveNetwork, client: FoxgloveClient, said: list[str]
 ) -> None:
     subscription = network.subscription(claim("subscribe"))
@@ -266,7 +264,7 @@ def test_a_client_may_publish_an_alternative_type(network: LiveNetwork, client: 
     assert client.until(lambda: [channel["schemaName"] for channel in client.channels.values()] == [STAMPED])
 
 
-def test_messages_that_are_none_of_the_protocol_change_nothing(
+def test_messages_outside_of_the_protocol_have_no_effect(
     network: LiveNetwork, client: FoxgloveClient, connect: Connect
 ) -> None:
     publisher = network.publisher(claim("publish"))
@@ -277,9 +275,7 @@ def test_messages_that_are_none_of_the_protocol_change_nothing(
     assert eventually(lambda: publisher.wanted)
 
 
-def test_what_a_client_published_is_no_part_of_the_graph_once_it_has_gone(
-    network: LiveNetwork, connect: Connect
-) -> None:
+def test_publishers_of_a_disconnected_client_leave_the_graph(network: LiveNetwork, connect: Connect) -> None:
     network.subscription(claim("subscribe"))
     client = connect()
     client.advertise("/cmd_vel", TWIST)
@@ -302,7 +298,7 @@ def test_clients_together_may_advertise_a_limited_number_of_topics(
     assert client.warnings == ["/cmd_vel: clients publish more than 2 topics"]
 
 
-def test_a_client_that_does_not_read_delays_neither_the_tick_nor_the_end(foxglove: FoxgloveServer) -> None:
+def test_a_client_that_does_not_read_delays_neither_ticks_nor_close(foxglove: FoxgloveServer) -> None:
     with ExitStack() as closing:
         network = LiveNetwork(lambda domain: FoxgloveTransport(MemoryTransport(keeps=False), foxglove), 0, print)
         closing.callback(network.close)
@@ -323,7 +319,7 @@ def test_a_client_that_does_not_read_delays_neither_the_tick_nor_the_end(foxglov
         assert eventually(lambda: not ending.is_alive())
 
 
-def test_a_stranger_whose_request_never_ends_does_not_delay_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unfinished_request_does_not_delay_close(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(publish_gate, "_OPTIONS", {**publish_gate._OPTIONS, "open_timeout": None})
     server = open_server(("127.0.0.1", 0), "test", DEFINITIONS, publish=True)
     with socket.create_connection(("127.0.0.1", urlsplit(server.url).port or 0)) as stranger:
@@ -335,9 +331,7 @@ def test_a_stranger_whose_request_never_ends_does_not_delay_the_end(monkeypatch:
         assert stranger.recv(1) == b""
 
 
-def test_clients_are_disconnected_and_the_port_is_free_after_the_end(
-    foxglove: FoxgloveServer, client: FoxgloveClient
-) -> None:
+def test_close_disconnects_clients_and_frees_the_port(foxglove: FoxgloveServer, client: FoxgloveClient) -> None:
     foxglove.close()
     foxglove.close()
     assert client.until(lambda: client.closed)
@@ -346,7 +340,7 @@ def test_clients_are_disconnected_and_the_port_is_free_after_the_end(
     open_server(("127.0.0.1", port), "again", DEFINITIONS).close()
 
 
-def test_by_default_clients_read_and_their_messages_reach_nobody(memory: MemoryTransport) -> None:
+def test_by_default_messages_of_clients_are_not_delivered(memory: MemoryTransport) -> None:
     with ExitStack() as closing:
         server = open_server(("127.0.0.1", 0), "test", DEFINITIONS)
         closing.callback(server.close)
@@ -373,7 +367,7 @@ def test_by_default_clients_read_and_their_messages_reach_nobody(memory: MemoryT
 
 @pytest.mark.parametrize("query", ["", "/", "/?token=", "/?token=x", "/?token=%FF", "/?x=TOKEN", "/TOKEN"])
 @pytest.mark.parametrize("origin", [None, "https://app.foxglove.dev", "http://evil.example", "http://127.0.0.1:1"])
-def test_where_clients_may_publish_nobody_connects_without_the_token(
+def test_with_publish_a_client_needs_the_token(
     foxglove: FoxgloveServer, caplog: pytest.LogCaptureFixture, query: str, origin: str | None
 ) -> None:
     base, _, token = foxglove.url.partition("/?token=")
@@ -383,7 +377,7 @@ def test_where_clients_may_publish_nobody_connects_without_the_token(
     assert [record for record in caplog.records if record.name.startswith("graphengine")] == []
 
 
-def test_the_port_behind_the_gate_takes_no_messages(
+def test_the_server_behind_the_gate_accepts_no_messages(
     network: LiveNetwork, foxglove: FoxgloveServer, client: FoxgloveClient
 ) -> None:
     """Another user, or a page that tries all ports, finds the port of the SDK's server too: it is for reading only."""
@@ -413,7 +407,7 @@ def test_the_port_behind_the_gate_takes_no_messages(
         {"id": 1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": None},
     ],
 )
-def test_a_channel_that_is_none_is_warned_of(network: LiveNetwork, client: FoxgloveClient, channel: Any) -> None:
+def test_a_malformed_channel_causes_a_warning(network: LiveNetwork, client: FoxgloveClient, channel: Any) -> None:
     subscription = network.subscription(claim("subscribe"))
     client.send({"op": "advertise", "channels": [channel]})
     assert client.until(lambda: client.warnings)
@@ -422,7 +416,7 @@ def test_a_channel_that_is_none_is_warned_of(network: LiveNetwork, client: Foxgl
     assert eventually(lambda: subscription.heard)
 
 
-def test_a_publisher_that_was_withdrawn_is_not_heard(network: LiveNetwork, client: FoxgloveClient) -> None:
+def test_messages_on_an_unadvertised_channel_are_not_delivered(network: LiveNetwork, client: FoxgloveClient) -> None:
     subscription = network.subscription(claim("subscribe", qos=QoS(depth=100)))
     gone, stays = client.advertise("/cmd_vel", TWIST), client.advertise("/cmd_vel", TWIST)
     client.send({"op": "unadvertise", "channelIds": [1, "1", None]})
@@ -433,7 +427,7 @@ def test_a_publisher_that_was_withdrawn_is_not_heard(network: LiveNetwork, clien
     assert [message.linear.x for message in subscription.take()] == [2.0]
 
 
-def test_no_more_clients_than_allowed_are_connected(
+def test_clients_beyond_the_limit_are_refused(
     foxglove: FoxgloveServer, client: FoxgloveClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(publish_gate, "MAX_CLIENTS", 1)
@@ -444,14 +438,14 @@ def test_no_more_clients_than_allowed_are_connected(
         second.recv(timeout=10)
 
 
-def test_only_this_machine_reaches_the_server_by_default(foxglove: FoxgloveServer) -> None:
+def test_by_default_the_server_listens_on_loopback_only(foxglove: FoxgloveServer) -> None:
     port = urlsplit(foxglove.url).port
     assert port
     with socket.socket() as other:
         other.bind(("127.0.0.2", port))  # which a server of all addresses would have taken
 
 
-def test_a_port_that_is_taken_is_an_error_of_one_line(foxglove: FoxgloveServer) -> None:
+def test_a_port_in_use_is_an_error_of_one_line(foxglove: FoxgloveServer) -> None:
     port = urlsplit(foxglove.url).port
     assert port
     with pytest.raises(TransportError) as error:
@@ -461,7 +455,7 @@ def test_a_port_that_is_taken_is_an_error_of_one_line(foxglove: FoxgloveServer) 
         open_server(("127.0.0.1", port), "second", DEFINITIONS, publish=True)
 
 
-def test_without_the_sdk_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_sdk_the_error_names_the_package_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "graphengine.ros.foxglove.foxglove_server")
     monkeypatch.setitem(sys.modules, "foxglove", None)
     with pytest.raises(
@@ -471,7 +465,7 @@ def test_without_the_sdk_the_error_says_what_to_install(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY, *MIXED], indirect=True)
-def test_beside_a_network_a_reader_hears_peers_and_clients_and_a_client_sees_both(
+def test_a_reader_gets_messages_of_peers_and_clients_and_a_client_gets_both(
     alice: AnyTransport, bob: AnyTransport, foxglove: FoxgloveServer, client: FoxgloveClient
 ) -> None:
     network = LiveNetwork(lambda domain: FoxgloveTransport(alice, foxglove), 0, print)
@@ -489,7 +483,9 @@ def test_beside_a_network_a_reader_hears_peers_and_clients_and_a_client_sees_bot
     network.close()
 
 
-def test_closing_a_reader_waits_for_the_message_of_a_client(foxglove: FoxgloveServer, client: FoxgloveClient) -> None:
+def test_closing_a_reader_waits_for_a_clients_message_in_delivery(
+    foxglove: FoxgloveServer, client: FoxgloveClient
+) -> None:
     taken: list[bytes] = []
     reached, go_on = threading.Event(), threading.Event()
 

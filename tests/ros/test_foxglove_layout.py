@@ -50,7 +50,7 @@ def test_a_scene_with_a_robot_has_a_3d_view_its_speeds_and_buttons() -> None:
     ]
 
 
-def test_each_camera_has_a_panel_up_to_a_number_of_them() -> None:
+def test_each_camera_has_a_panel_up_to_a_maximum() -> None:
     image, info = "sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo"
     claims = [claim(f"/cam{number}/rgb", image) for number in range(MOST + 1)]
     configs = foxglove_layout([*claims, claim("/cam0/camera_info", info)])["configById"]
@@ -59,7 +59,7 @@ def test_each_camera_has_a_panel_up_to_a_number_of_them() -> None:
     assert configs["Image!1"] == {"imageMode": {"imageTopic": "/cam1/rgb"}}
 
 
-def test_a_robot_that_takes_stamped_twists_or_plain_ones_has_buttons() -> None:
+def test_a_robot_with_stamped_or_plain_twists_has_buttons() -> None:
     stamped, plain = "geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"
     claims = [
         claim("/a/cmd_vel", stamped, "subscribe", alternatives=(plain,)),
@@ -69,7 +69,7 @@ def test_a_robot_that_takes_stamped_twists_or_plain_ones_has_buttons() -> None:
     assert [*foxglove_layout(claims)["configById"]] == ["3D!scene", "Teleop!0"]
 
 
-def test_a_scene_without_topics_has_a_3d_view_alone() -> None:
+def test_a_scene_without_topics_has_only_a_3d_view() -> None:
     layout = foxglove_layout([])
     assert layout["layout"] == "3D!scene"
     assert "followTf" not in layout["configById"]["3D!scene"]

@@ -10,7 +10,7 @@ from graphengine.ros.cli_subscription import CLOCK, MessageQueue, SimulationCloc
 from graphengine.ros.transports.memory.memory import MemoryTransport
 
 
-def test_messages_are_taken_oldest_first_with_the_time_of_their_arrival() -> None:
+def test_messages_are_taken_oldest_first_with_their_arrival_time() -> None:
     times = iter((5, 7))
     inbox = MessageQueue(10, lambda: next(times))
     inbox.deliver(b"a")
@@ -20,7 +20,7 @@ def test_messages_are_taken_oldest_first_with_the_time_of_their_arrival() -> Non
     assert inbox.take(0.0) is None
 
 
-def test_where_too_many_wait_the_oldest_are_dropped_and_counted() -> None:
+def test_a_full_queue_drops_and_counts_the_oldest_messages() -> None:
     inbox = MessageQueue(2)
     for data in (b"a", b"b", b"c", b"d"):
         inbox.deliver(data)
@@ -29,7 +29,7 @@ def test_where_too_many_wait_the_oldest_are_dropped_and_counted() -> None:
     assert inbox.dropped == 2
 
 
-def test_who_waits_is_woken_by_a_message() -> None:
+def test_a_message_ends_the_wait_of_take() -> None:
     inbox = MessageQueue(2)
     thread = threading.Timer(0.01, inbox.deliver, [b"a"])
     thread.start()
@@ -38,7 +38,7 @@ def test_who_waits_is_woken_by_a_message() -> None:
     assert arrival is not None
 
 
-def test_the_time_of_a_simulation_is_zero_until_it_is_told() -> None:
+def test_simulation_time_is_zero_before_the_first_clock_message() -> None:
     transport = MemoryTransport()
     clock = SimulationClock(transport)
     assert clock() == 0

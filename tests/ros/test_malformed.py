@@ -55,7 +55,7 @@ def mutilated(draw: st.DrawFn) -> tuple[str, bytes]:
 
 
 @given(mutilated())
-def test_no_bytes_raise_or_take_more_memory_than_they_are_worth(given: tuple[str, bytes]) -> None:
+def test_decoding_any_bytes_raises_no_unexpected_error_and_takes_little_memory(given: tuple[str, bytes]) -> None:
     message_type, data = given
     tracemalloc.start()
     try:
@@ -70,7 +70,7 @@ def test_no_bytes_raise_or_take_more_memory_than_they_are_worth(given: tuple[str
 
 
 @given(st.lists(mutilated(), max_size=5))
-def test_a_subscription_survives_all_of_them(arriving: list[tuple[str, bytes]]) -> None:
+def test_a_subscription_survives_malformed_messages(arriving: list[tuple[str, bytes]]) -> None:
     said: list[str] = []
     network = LiveNetwork(lambda domain: MemoryTransport(), 0, said.append)
     claim = EndpointClaim("/node", "graph", "/chatter", STRING, "subscribe", QoS())
@@ -88,7 +88,7 @@ class Hostile(MemoryTransport):
     malformed = {"/chatter": 3}  # noqa: RUF012
 
 
-def test_what_the_transport_dropped_is_told_once() -> None:
+def test_messages_that_the_transport_dropped_are_reported_once() -> None:
     said: list[str] = []
     now = [0.0]
     watch = Watch(Hostile(), list, said.append, lambda: now[0])
@@ -104,7 +104,7 @@ class Foreign(MemoryTransport):
     foreign_services = {"/reset": "/reset: a client on another RMW"}  # noqa: RUF012
 
 
-def test_a_peer_that_cannot_be_talked_to_is_told_once_and_not_as_one_that_sends_rubbish() -> None:
+def test_an_incompatible_peer_is_reported_once_without_a_report_of_malformed_messages() -> None:
     said: list[str] = []
     network = LiveNetwork(lambda domain: Foreign(), 0, said.append)
     for _ in range(100):
@@ -132,7 +132,7 @@ def send_forged(domain_id: int, gid: bytes, data: bytes) -> None:
 
 @pytest.mark.parametrize("kind", ["dds"])
 @pytest.mark.parametrize("data", [b"\0\1\0\0" + body for body in (b"rubbish!", b"\xff" * 4 + bytes(16), bytes(1))])
-def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
+def test_after_a_forged_message_later_messages_arrive(
     alice: AnyTransport, domain_id: int, start_peer: StartPeer, data: bytes, capfd: pytest.CaptureFixture[str]
 ) -> None:
     inbox = Inbox()
@@ -148,7 +148,7 @@ def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
 
 
 @pytest.mark.parametrize("kind", [pytest.param("rclpy to dds", marks=pytest.mark.ros)])
-def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_malformed_messages_of_a_ros_node_are_dropped_and_counted(alice: AnyTransport, bob: AnyTransport) -> None:
     inbox = Inbox()
     bob.reader("/chatter", STRING, QoS(), inbox)
     writer = alice.writer("/chatter", STRING, QoS())
@@ -180,7 +180,7 @@ def complain(log: CycloneLog, *lines: str) -> None:
     library.fflush(stream)
 
 
-def test_complaints_of_cyclone_are_counted_or_logged_once_for_each_kind(
+def test_log_lines_of_cyclone_are_counted_or_logged_once_for_each_kind(
     log: CycloneLog, caplog: pytest.LogCaptureFixture
 ) -> None:
     lost = "[7] recv: data(application, vendor 1.15): 10f:2:3 #1: deserialization rt/j/String_ failed (x)\n"
@@ -222,7 +222,7 @@ def test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute(
     assert all(text.isprintable() for text in said)
 
 
-def test_complaints_that_were_read_are_thrown_away(log: CycloneLog, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_log_lines_that_were_read_are_discarded(log: CycloneLog, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cyclone_log, "_MAX_SIZE", 1000)
     for number in range(1, 50):
         complain(log, "1.5 [7] recv: deserialization rt/j/String_ failed (x)\n")

@@ -12,7 +12,7 @@ from graphengine.ros.transports.memory.memory import MemoryTransport
 STRING = "std_msgs/msg/String"
 
 
-def test_what_was_written_can_be_read_back_after_closing_too() -> None:
+def test_written_messages_can_be_read_back_even_after_close() -> None:
     transport = MemoryTransport()
     writer = transport.writer("/chatter", STRING, QoS(depth=1))
     for value in "abc":
@@ -23,14 +23,14 @@ def test_what_was_written_can_be_read_back_after_closing_too() -> None:
     assert transport.messages("/never") == []
 
 
-def test_a_transport_that_wants_all_makes_every_writer_matched() -> None:
+def test_wants_all_makes_every_writer_matched() -> None:
     writer = MemoryTransport(wants_all=True).writer("/chatter", STRING, QoS())
     assert writer.matched
     writer.close()
     assert not writer.matched
 
 
-def test_tests_can_feed_subscribers() -> None:
+def test_an_injected_message_reaches_all_readers() -> None:
     transport = MemoryTransport()
     heard: list[bytes] = []
     transport.reader("/cmd_vel", "geometry_msgs/msg/Twist", QoS(), heard.append)
@@ -41,7 +41,7 @@ def test_tests_can_feed_subscribers() -> None:
     assert heard[1] == b"rubbish"
 
 
-def test_what_is_injected_where_nobody_reads_is_an_error() -> None:
+def test_injecting_into_a_topic_without_readers_is_an_error() -> None:
     transport = MemoryTransport()
     transport.reader("/cmd_vel", "geometry_msgs/msg/Twist", QoS(), lambda data: None)
     with pytest.raises(TransportError, match="/cmdvel has no readers\ntopics with readers: /cmd_vel"):
@@ -52,7 +52,7 @@ def test_what_is_injected_where_nobody_reads_is_an_error() -> None:
         transport.inject("/cmd_vel", 3)
 
 
-def test_late_joiners_get_all_that_a_writer_keeps_and_in_the_order_of_writing() -> None:
+def test_late_joiners_get_all_kept_messages_in_the_order_of_writing() -> None:
     transport = MemoryTransport()
     keep = QoS(history="keepAll", durability="transientLocal")
     first, second = transport.writer("/map", STRING, keep), transport.writer("/map", STRING, keep)
@@ -63,7 +63,7 @@ def test_late_joiners_get_all_that_a_writer_keeps_and_in_the_order_of_writing() 
     assert [decode(data, STRING).data for data in heard] == [str(number) for number in range(20)]
 
 
-def test_late_joiners_get_what_a_writer_kept_in_the_state_that_was_restored() -> None:
+def test_after_a_restore_late_joiners_get_the_messages_kept_at_the_save() -> None:
     transport = MemoryTransport()
     latched = QoS(depth=1, durability="transientLocal")
     writer = transport.writer("/map", STRING, latched)
@@ -77,7 +77,7 @@ def test_late_joiners_get_what_a_writer_kept_in_the_state_that_was_restored() ->
     assert transport.messages("/map") == [String("a"), String("b")]
 
 
-def test_a_transport_that_keeps_nothing_delivers_all_the_same() -> None:
+def test_without_keeps_messages_are_delivered_but_cannot_be_read_back() -> None:
     transport = MemoryTransport(keeps=False)
     heard: list[bytes] = []
     transport.reader("/chatter", STRING, QoS(), heard.append)

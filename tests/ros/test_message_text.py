@@ -66,7 +66,7 @@ def ours(message_type: str) -> TypedValue:
 
 @pytest.mark.ros(needs.module("rosidl_runtime_py"))
 @pytest.mark.parametrize("message_type", TYPES)
-def test_every_message_reads_as_ros2cli_shows_it(message_type: str) -> None:
+def test_every_message_has_the_text_of_ros2cli(message_type: str) -> None:
     runtime = importlib.import_module("rosidl_runtime_py")
     part, theirs = ours(message_type), of_ros(message_type)
     for style in STYLES:
@@ -76,7 +76,7 @@ def test_every_message_reads_as_ros2cli_shows_it(message_type: str) -> None:
 
 
 @pytest.mark.parametrize("message_type", OF_ROS)
-def test_an_expression_and_a_field_alone_read_as_ros2cli_shows_them(message_type: str) -> None:
+def test_expressions_and_single_fields_have_the_text_of_ros2cli(message_type: str) -> None:
     theirs = of_ros(message_type)
     assert to_expression(ours(message_type)) == repr(theirs)
     for name, part in ours(message_type).fields():
@@ -84,7 +84,7 @@ def test_an_expression_and_a_field_alone_read_as_ros2cli_shows_them(message_type
             assert to_plain_text(part) == str(getattr(theirs, name))
 
 
-def test_yaml_is_one_field_a_line_in_the_order_of_the_definition() -> None:
+def test_yaml_has_one_field_on_each_line_in_the_order_of_the_definition() -> None:
     assert to_yaml(TypedValue.of(joint_state())) == (
         "header:\n  stamp:\n    sec: 1\n    nanosec: 500000000\n  frame_id: base\n"
         "name:\n- left\n- right\nposition:\n- 0.1\n- 1.0e+17\n- .nan\nvelocity: []\neffort:\n- -.inf\n"
@@ -97,7 +97,7 @@ def test_yaml_can_be_read_back() -> None:
     assert len(read["k"]) == 9
 
 
-def test_what_is_long_is_cut_and_told_so() -> None:
+def test_long_values_are_cut_with_a_mark() -> None:
     scan = DEFINITIONS.initial("sensor_msgs/msg/LaserScan")
     scan.header.frame_id, scan.ranges = "laser", np.arange(3, dtype=np.float32)
     shown = to_yaml(TypedValue.of(scan), Style(longest=2))
@@ -128,7 +128,7 @@ def test_csv_keeps_the_column_of_an_empty_first_value() -> None:
     assert to_csv(TypedValue.of(key_value)) == ","
 
 
-def test_bytes_show_as_the_characters_that_they_are() -> None:
+def test_bytes_are_shown_as_characters() -> None:
     status = DEFINITIONS.initial("diagnostic_msgs/msg/DiagnosticStatus")
     status.level = -1  # as rosbags has 255
     assert to_yaml(TypedValue.of(status)).startswith("level: ÿ\n")
@@ -136,7 +136,7 @@ def test_bytes_show_as_the_characters_that_they_are() -> None:
     assert to_expression(TypedValue.of(status)).startswith(begun)
 
 
-def test_a_message_without_fields_has_text_too() -> None:
+def test_a_message_without_fields_has_a_text() -> None:
     empty = TypedValue.of(DEFINITIONS.initial("std_msgs/msg/Empty"))
     assert (to_yaml(empty), to_csv(empty), to_expression(empty)) == ("{}\n", "", "std_msgs.msg.Empty()")
 
@@ -158,7 +158,7 @@ def test_a_field_is_found_by_its_path() -> None:
         ("name.0", "no field '0' in 'name.0'\nfields: none"),
     ],
 )
-def test_a_field_that_is_not_there_is_told_with_those_that_are(path: str, complaint: str) -> None:
+def test_the_error_about_an_unknown_field_lists_the_fields(path: str, complaint: str) -> None:
     with pytest.raises(TransportError) as told:
         TypedValue.of(joint_state()).find(path)
     assert str(told.value) == complaint

@@ -36,7 +36,7 @@ def test_namespaces_join_from_the_outermost_inwards() -> None:
         ("/World/clock/PublishClock", "clock", False, "/clock"),
     ],
 )
-def test_the_tutorials_topics_come_out_as_in_isaac_sim(start: str, topic: str, outermost: bool, full: str) -> None:
+def test_topics_of_the_tutorial_equal_those_in_isaac_sim(start: str, topic: str, outermost: bool, full: str) -> None:
     namespace = names.join_namespaces(collected(ROBOT, start), outermost)
     assert names.full_topic(namespace, topic) == full
 
@@ -64,7 +64,7 @@ def test_a_node_is_named_after_its_prim() -> None:
 
 
 # isaacsim.ros2.core/library/tests/TestRos2NodeHandle.cpp, and rmw/test/test_validate_namespace.cpp
-def test_rcl_takes_these_names_of_nodes_and_namespaces() -> None:
+def test_rcl_accepts_these_names_of_nodes_and_namespaces() -> None:
     for name in ("valid_node_name", "node123", "_private_node", "a" * 255):
         names.check_node_name(name)
     for name in ("/valid/namespace", "/", "/a", "/_a/b1", "/" + "a" * 244):
@@ -121,7 +121,7 @@ def test_rcl_refuses_these_namespaces(name: str, fault: str) -> None:
         ("", "x" * 300, "has 301 characters, at most 247", "x" * 300),
     ],
 )
-def test_an_error_names_the_fault_and_the_input_with_it(namespace: str, topic: str, message: str, value: str) -> None:
+def test_an_error_names_the_fault_and_the_input(namespace: str, topic: str, message: str, value: str) -> None:
     with pytest.raises(TopicError) as caught:
         names.full_topic(namespace, topic)
     assert message in caught.value.message
@@ -142,7 +142,7 @@ def reference_rule(name: str) -> bool:
 
 
 @given(st.one_of(st.text("ab_/1~ -é", max_size=12), st.text(max_size=12), st.from_regex(r"(/[a-z_1]{1,90}){1,4}")))
-def test_what_passes_is_what_rcl_lets_pass(name: str) -> None:
+def test_the_accepted_names_are_those_that_rcl_accepts(name: str) -> None:
     try:
         names.check_topic(name)
         passed = True
@@ -161,13 +161,13 @@ def test_a_full_topic_is_always_legal(namespace: str, topic: str) -> None:
 
 
 @pytest.mark.parametrize("topic", ["rt/a/bRequest", "rq/a/bRequestRequest", "rr/a/bRequestReply"])
-def test_topics_of_dds_and_names_of_ros_stand_for_each_other(topic: str) -> None:
+def test_dds_topics_and_ros_names_convert_to_each_other(topic: str) -> None:
     assert names.ros_name(topic) == "/a/bRequest"
     assert topic in ("rt/a/bRequest", *names.service_topics("/a/bRequest"))
 
 
 @pytest.mark.parametrize("topic", ["ros_discovery_info", "DCPSParticipant", "rt", "rx/a", "a/rt/b", ""])
-def test_what_is_no_topic_of_ros_keeps_its_name(topic: str) -> None:
+def test_a_dds_topic_outside_of_ros_keeps_its_name(topic: str) -> None:
     assert names.ros_name(topic) == topic
 
 
@@ -179,6 +179,6 @@ def test_names_are_checked_without_loading_a_middleware() -> None:
 
 
 @pytest.mark.parametrize("name", ["über", "odomä", "²odom"])
-def test_letters_of_other_alphabets_are_refused_and_not_trimmed(name: str) -> None:
+def test_letters_of_other_alphabets_are_refused_instead_of_trimmed(name: str) -> None:
     with pytest.raises(TopicError, match="character"):
         names.full_topic("", name)

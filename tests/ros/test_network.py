@@ -63,7 +63,7 @@ def clock_session(folder: Path, transport: MemoryTransport) -> SessionCore:
     return build.start(build.load(path), LiveNetwork(lambda domain: transport, 0, print))
 
 
-def test_what_arrives_in_a_tick_is_seen_in_the_next() -> None:
+def test_nodes_read_a_message_in_the_tick_after_its_arrival() -> None:
     transport, network = in_memory()
     subscription = network.subscription(claim("subscribe"))
     network.freeze()
@@ -76,7 +76,7 @@ def test_what_arrives_in_a_tick_is_seen_in_the_next() -> None:
     assert subscription.newest() is None
 
 
-def test_a_queue_of_more_than_a_thousand_messages_is_kept_whole() -> None:
+def test_a_queue_keeps_more_than_a_thousand_messages() -> None:
     transport, network = in_memory()
     subscription = network.subscription(claim("subscribe", depth=1500))
     for number in range(1600):
@@ -85,7 +85,7 @@ def test_a_queue_of_more_than_a_thousand_messages_is_kept_whole() -> None:
     assert [message.linear.x for message in subscription.take()] == [float(number) for number in range(100, 1600)]
 
 
-def test_a_picture_is_copied_once_on_its_way_from_the_camera_to_the_transport() -> None:
+def test_an_image_is_copied_once_between_camera_and_transport() -> None:
     transport = MemoryTransport(keeps=False)
     received: list[bytes] = []
     network = LiveNetwork(lambda domain: transport, 0, print)
@@ -104,7 +104,7 @@ def test_a_picture_is_copied_once_on_its_way_from_the_camera_to_the_transport() 
     assert pixels.nbytes <= peak < pixels.nbytes + 10_000
 
 
-def test_subscribers_of_all_topics_are_counted_and_recorders_are_not() -> None:
+def test_subscribers_counts_readers_but_not_recorders() -> None:
     transport, network = in_memory()
     network.sinks.append(Taker())
     network.publisher(claim("publish"))
@@ -115,7 +115,7 @@ def test_subscribers_of_all_topics_are_counted_and_recorders_are_not() -> None:
     assert network.subscribers == 3
 
 
-def test_messages_that_came_faster_than_ticks_took_them_are_counted() -> None:
+def test_messages_overwritten_before_a_tick_are_counted() -> None:
     transport, network = in_memory()
     subscription = network.subscription(claim("subscribe", depth=3))
     for speed in range(5):
@@ -132,7 +132,7 @@ def test_messages_that_came_faster_than_ticks_took_them_are_counted() -> None:
     assert network.overwritten == {"/cmd_vel": 3}
 
 
-def test_the_newest_message_counts_those_it_skips() -> None:
+def test_newest_counts_the_skipped_messages() -> None:
     transport, network = in_memory()
     subscription = network.subscription(claim("subscribe"))
     for speed in (1.0, 2.0, 3.0):
@@ -143,7 +143,7 @@ def test_the_newest_message_counts_those_it_skips() -> None:
     assert (message.linear.x, subscription.skipped) == (3.0, 2)
 
 
-def test_malformed_bytes_are_dropped_counted_and_told_once() -> None:
+def test_malformed_bytes_are_dropped_counted_and_reported_once() -> None:
     said: list[str] = []
     _, network = in_memory(said.append)
     subscription = network.subscription(claim("subscribe"))
@@ -168,7 +168,7 @@ def test_every_sink_gets_the_bytes_that_the_transport_gets() -> None:
     assert sink.written == [(claim("publish"), transport.raw("/cmd_vel")[0])]
 
 
-def test_every_sink_is_told_what_subscriptions_see_from_a_tick_on() -> None:
+def test_every_sink_gets_the_received_messages_of_each_tick() -> None:
     transport, network = in_memory()
     sink = Taker()
     network.sinks.append(sink)
@@ -182,7 +182,7 @@ def test_every_sink_is_told_what_subscriptions_see_from_a_tick_on() -> None:
     assert sink.delivered == [(claim("subscribe", depth=2), sent[1:])]
 
 
-def test_a_publisher_whose_topic_changes_leaves_the_old_one(tmp_path: Path) -> None:
+def test_a_publisher_whose_topic_changes_is_closed_on_the_old_topic(tmp_path: Path) -> None:
     transport = MemoryTransport(wants_all=True)
     with clock_session(tmp_path, transport) as session:
         session.step(2)
@@ -195,7 +195,7 @@ def test_a_publisher_whose_topic_changes_leaves_the_old_one(tmp_path: Path) -> N
     assert len(transport.messages("/time")) == 3
 
 
-def test_what_was_published_in_a_tick_is_sent_before_its_publisher_leaves() -> None:
+def test_messages_of_a_tick_are_sent_before_their_publisher_closes() -> None:
     transport = MemoryTransport(wants_all=True)
     network = LiveNetwork(lambda domain: transport, 0, print)
     first, second = (network.publisher(claim("publish")) for _ in range(2))
@@ -206,7 +206,7 @@ def test_what_was_published_in_a_tick_is_sent_before_its_publisher_leaves() -> N
     assert [message.linear.x for message in transport.messages("/cmd_vel")] == [1.0, 2.0]
 
 
-def test_messages_that_a_closed_publisher_gave_up_are_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_messages_that_a_closed_publisher_dropped_are_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     _, network = in_memory()
     monkeypatch.setattr(MemoryWriter, "dropped", 3)
     publisher = network.publisher(claim("publish"))
@@ -216,7 +216,7 @@ def test_messages_that_a_closed_publisher_gave_up_are_counted_once(monkeypatch: 
     assert network.given_up == {"/cmd_vel": 3}
 
 
-def test_a_subscription_with_alternatives_reads_the_one_that_is_published() -> None:
+def test_a_subscription_with_alternatives_reads_the_published_type() -> None:
     transport, network = in_memory()
     subscription = network.subscription(replace(claim("subscribe"), alternatives=(STAMPED, CLOCK)))
     transport.inject("/cmd_vel", twist(1.0))
@@ -233,7 +233,7 @@ def test_a_subscription_with_alternatives_reads_the_one_that_is_published() -> N
     assert transport.graph().subscribers("/cmd_vel") == []
 
 
-def test_a_subscription_with_alternatives_stays_where_nobody_publishes_one() -> None:
+def test_a_subscription_with_alternatives_keeps_its_type_while_nobody_publishes() -> None:
     transport, network = in_memory()
     subscription = network.subscription(replace(claim("subscribe"), alternatives=(STAMPED,)))
     transport.writer("/cmd_vel", CLOCK, QoS())
@@ -241,7 +241,7 @@ def test_a_subscription_with_alternatives_stays_where_nobody_publishes_one() -> 
     assert subscription.claim.message_type == TWIST
 
 
-def test_an_endpoint_that_is_handed_over_stays_open_until_its_last_holder_closes_it() -> None:
+def test_a_handed_over_endpoint_closes_with_its_last_holder() -> None:
     _, network = in_memory()
     publisher, subscription = network.publisher(claim("publish")), network.subscription(claim("subscribe"))
     with network.handing_over():

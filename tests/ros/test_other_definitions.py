@@ -66,7 +66,7 @@ def theirs(dds: OpenDds, tmp_path: Path) -> Side:
     return Side(dds, tmp_path, "theirs")
 
 
-def test_messages_of_another_definition_are_dropped_counted_and_reported_once(ours: Side, theirs: Side) -> None:
+def test_messages_with_another_definition_are_dropped_counted_and_reported_once(ours: Side, theirs: Side) -> None:
     said: list[str] = []
     network = LiveNetwork(lambda domain: ours.transport, 0, said.append, ours.known)
     subscription = network.subscription(EndpointClaim("/World/hears", "graph", "/pair", PAIR, "subscribe", QoS()))
@@ -107,7 +107,7 @@ def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side) 
 
 @pytest.mark.ros
 @pytest.mark.parametrize("peer", ["dds", "rclpy"])
-def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_there(
+def test_rclpy_drops_all_messages_while_a_publisher_has_another_definition(
     domain: Domain, tmp_path: Path, peer: str
 ) -> None:
     said, known = list[str](), definitions(tmp_path, "ours")
@@ -143,7 +143,7 @@ def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_
 
 
 @pytest.mark.parametrize("announced", ["", "RIHS02_00"])
-def test_a_peer_that_announces_no_hash_of_this_version_is_heard(
+def test_messages_of_a_peer_without_a_known_type_hash_are_delivered(
     ours: Side, dds: OpenDds, tmp_path: Path, announced: str
 ) -> None:
     old, inbox = Side(dds, tmp_path, "theirs", announced), Inbox()
@@ -153,7 +153,7 @@ def test_a_peer_that_announces_no_hash_of_this_version_is_heard(
     assert eventually(lambda: inbox.texts, lambda: writer.write(text("hello")))
 
 
-def test_a_request_of_another_definition_is_dropped_and_reported(ours: Side, theirs: Side) -> None:
+def test_a_request_with_another_definition_is_dropped_and_reported(ours: Side, theirs: Side) -> None:
     asked: list[bytes] = []
     ours.transport.server("/ask", ASK, QoS(), lambda request_id, data: asked.append(data))
     client = theirs.transport.client("/ask", ASK, QoS(), lambda number, data: None)
@@ -168,7 +168,7 @@ def test_a_request_of_another_definition_is_dropped_and_reported(ours: Side, the
     assert warning.startswith("/ask: a client has another definition of my_msgs/srv/Ask than this run")
 
 
-def test_what_fits_between_distributions_of_ros_has_one_hash() -> None:
+def test_a_type_that_two_distributions_share_has_one_hash() -> None:
     differing = {name: differences(store) for name, store in (("kilted", ros2_kilted), ("lyrical", ros2_lyrical))}
     # Lyrical stamps a transition with a Time, where Jazzy and Kilted write a uint64.
     assert differing == {"kilted": set(), "lyrical": {"lifecycle_msgs/msg/TransitionEvent"}}

@@ -13,13 +13,13 @@ from graphengine.ros.rates import SECOND, Intervals, Summary
 MILLISECOND = 1_000_000
 
 
-def test_of_nothing_there_is_no_summary() -> None:
+def test_an_empty_window_has_no_summary() -> None:
     assert Summary.of([]) is None
     assert Intervals(10).report() is None
 
 
 @given(st.lists(st.integers(-(10**12), 10**12), min_size=1, max_size=40))
-def test_a_summary_is_that_of_all_values(values: list[int]) -> None:
+def test_a_summary_covers_all_values(values: list[int]) -> None:
     summary = Summary.of(values)
     assert summary is not None
     mean = sum(values) / len(values)
@@ -29,12 +29,12 @@ def test_a_summary_is_that_of_all_values(values: list[int]) -> None:
     assert summary.deviation == pytest.approx(math.sqrt(variance), abs=1e-3)
 
 
-def test_a_summary_reads_as_that_of_ros2cli() -> None:
+def test_a_summary_has_the_text_of_ros2cli() -> None:
     summary = Summary.of([12 * MILLISECOND, 22 * MILLISECOND])
     assert str(summary) == "\tmin: 0.012s max: 0.022s std dev: 0.00500s window: 2"
 
 
-def test_intervals_are_told_once_a_second() -> None:
+def test_intervals_are_reported_once_a_second() -> None:
     intervals = Intervals(1000)
     told = []
     for tick in range(241):
@@ -44,7 +44,7 @@ def test_intervals_are_told_once_a_second() -> None:
     assert told == [(61, 61, 60.0), (121, 121, 60.0), (181, 181, 60.0)]
 
 
-def test_the_newest_intervals_count() -> None:
+def test_statistics_cover_the_newest_intervals() -> None:
     intervals = Intervals(2)
     for now in (0, 5 * SECOND, 6 * SECOND, 8 * SECOND):
         intervals.add(now)
@@ -53,7 +53,7 @@ def test_the_newest_intervals_count() -> None:
     assert (summary.least, summary.most, summary.number) == (SECOND, 2 * SECOND, 2)
 
 
-def test_a_clock_that_is_set_back_begins_anew() -> None:
+def test_a_clock_that_jumps_back_restarts_the_measurement() -> None:
     intervals = Intervals(1000)
     for tick in range(100):
         intervals.add(tick * SECOND // 60)

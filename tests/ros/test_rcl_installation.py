@@ -15,7 +15,7 @@ import pytest
 from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports import rcl
+from graphengine.ros.transports.rcl import installation
 from graphengine.ros.transports.select import open_transport
 from tests.jobs.harness import ROOT
 
@@ -59,20 +59,20 @@ WHEELS = (*SOURCED, "ros_wheels_bootstrapper")
 
 
 @pytest.mark.parametrize("packages", [SOURCED, WHEELS], ids=["sourced", "wheels"])
-def test_nothing_speaks_against_a_whole_installation(install: Install, packages: tuple[str, ...]) -> None:
+def test_a_complete_installation_has_no_obstacle(install: Install, packages: tuple[str, ...]) -> None:
     install(*packages)
-    assert rcl.missing() is None
+    assert installation.missing() is None
 
 
-def test_one_without_a_named_rmw_takes_any_and_one_that_is_named_must_be_there(
+def test_without_a_name_any_rmw_is_accepted_but_a_named_rmw_must_exist(
     install: Install, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     install(*SOURCED, rmws=(CYCLONE,))
-    assert rcl.missing() is None
+    assert installation.missing() is None
     monkeypatch.setenv("RMW_IMPLEMENTATION", CYCLONE)
-    assert rcl.missing() is None
+    assert installation.missing() is None
     monkeypatch.setenv("RMW_IMPLEMENTATION", FAST)
-    assert rcl.missing() == (
+    assert installation.missing() == (
         f"RMW_IMPLEMENTATION is {FAST}, whose library lib{FAST}.so is not on LD_LIBRARY_PATH\n"
         "install it, or source the ROS 2 that has it"
     )
@@ -103,7 +103,7 @@ def test_one_without_a_named_rmw_takes_any_and_one_that_is_named_must_be_there(
         (SOURCED[:1], {}, "the package rcl_interfaces is not installed"),
     ],
 )
-def test_each_obstacle_is_said_with_what_to_do(
+def test_each_obstacle_is_reported_with_a_remedy(
     install: Install,
     monkeypatch: pytest.MonkeyPatch,
     packages: tuple[str, ...],
@@ -113,7 +113,7 @@ def test_each_obstacle_is_said_with_what_to_do(
     install(*packages)
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    said = rcl.missing()
+    said = installation.missing()
     assert said is not None
     assert said.startswith(reason)
     assert len(said.splitlines()) == 2
@@ -121,36 +121,40 @@ def test_each_obstacle_is_said_with_what_to_do(
 
 def test_wheels_without_their_extra_have_no_rmw(install: Install) -> None:
     install(*WHEELS, rmws=())
-    assert str(rcl.missing()).startswith(f"its library lib{FAST}.so is not on LD_LIBRARY_PATH")
+    assert str(installation.missing()).startswith(f"its library lib{FAST}.so is not on LD_LIBRARY_PATH")
 
 
-def test_an_installation_for_another_python_names_both(install: Install) -> None:
+def test_an_installation_for_another_python_reports_both_versions(install: Install) -> None:
     install(*SOURCED, suffix=OF_ANOTHER_PYTHON)
     built, loads = OF_ANOTHER_PYTHON[1:], LOADED[1:]
-    assert f"is built as {built}, and this Python 3.{sys.version_info.minor} loads {loads}\n" in str(rcl.missing())
+    assert f"is built as {built}, and this Python 3.{sys.version_info.minor} loads {loads}\n" in str(
+        installation.missing()
+    )
 
 
-def test_libraries_of_conda_need_no_variable(install: Install, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_libraries_of_conda_are_found_without_a_variable(
+    install: Install, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     install(*SOURCED)
     monkeypatch.delenv("LD_LIBRARY_PATH")
-    assert rcl.missing() is not None
+    assert installation.missing() is not None
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    assert rcl.missing() is None
+    assert installation.missing() is None
 
 
-def test_a_folder_that_has_the_name_of_rclpy_alone_is_not_taken_for_it(install: Install) -> None:
+def test_a_folder_named_rclpy_without_its_module_is_reported(install: Install) -> None:
     install(*SOURCED, suffix="")
-    assert "is not the rclpy of ROS 2: it has no _rclpy_pybind11\n" in str(rcl.missing())
+    assert "is not the rclpy of ROS 2: it has no _rclpy_pybind11\n" in str(installation.missing())
 
 
-def test_wheels_are_left_to_those_who_name_the_transport(install: Install, domain_id: int) -> None:
+def test_auto_does_not_choose_rclpy_from_wheels(install: Install, domain_id: int) -> None:
     install(*WHEELS)
     with closing(open_transport("auto", JoinOptions(Domain(domain_id, "OFF"), "alice"))) as transport:
         assert transport.description.startswith("dds (")
         assert "chosen because rclpy is left out (it is from PyPI: --transport rclpy uses it)" in transport.description
 
 
-def test_one_that_cannot_be_imported_after_all_is_passed_over_by_auto(install: Install, domain_id: int) -> None:
+def test_auto_skips_a_transport_that_cannot_be_imported(install: Install, domain_id: int) -> None:
     install(*SOURCED, program="raise ImportError('librcl.so: wrong ELF class')")
     options = JoinOptions(Domain(domain_id, "OFF"), "alice")
     with closing(open_transport("auto", options)) as transport:
@@ -161,7 +165,7 @@ def test_one_that_cannot_be_imported_after_all_is_passed_over_by_auto(install: I
 
 @pytest.mark.ros
 @pytest.mark.parametrize("rmw", ["rmw_of_nobody_cpp"])
-def test_an_rmw_that_is_not_installed_is_said_before_rclpy_can_end_the_process(rmw: str) -> None:
+def test_a_missing_rmw_is_reported_before_rclpy_can_end_the_process(rmw: str) -> None:
     command = [sys.executable, "-m", "graphengine.cli", "topic", "list", "--transport", "rclpy"]
     environment = {**os.environ, "RMW_IMPLEMENTATION": rmw}
     done = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)

@@ -87,14 +87,14 @@ def can_isolate() -> None:
 
 @pytest.mark.usefixtures("can_isolate")
 @pytest.mark.parametrize("reach", ["LOCALHOST", "SUBNET", "SYSTEM_DEFAULT"])
-def test_processes_meet_where_there_is_no_interface_but_loopback(reach: DiscoveryRange) -> None:
+def test_processes_discover_each_other_with_only_a_loopback_interface(reach: DiscoveryRange) -> None:
     peer = str(Path(__file__).with_name("peer.py"))
     done = isolated("ip link set lo up", CALL, peer, reach=reach)
     assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.usefixtures("can_isolate")
-def test_without_any_interface_that_is_up_the_domain_cannot_be_joined() -> None:
+def test_without_an_active_interface_joining_fails() -> None:
     done = isolated("true", JOIN)
     assert done.returncode == 0
     first, *remedies = done.stdout.splitlines()
@@ -109,7 +109,7 @@ def alice(request: pytest.FixtureRequest, domain_id: int) -> Iterator[DdsTranspo
     transport.close()
 
 
-def test_ranges_that_reach_this_machine_meet_and_off_meets_nobody(alice: DdsTransport, start_peer: StartPeer) -> None:
+def test_ranges_except_off_discover_peers_on_this_machine(alice: DdsTransport, start_peer: StartPeer) -> None:
     inbox = Inbox()
     alice.reader("/pong", STRING, QoS(), inbox)
     ping = alice.writer("/ping", STRING, QoS())

@@ -48,9 +48,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("generated_msgs/action/Walk_FeedbackMessage", False, "Feedback"),
     ],
 )
-def test_a_type_is_a_class_of_its_package_and_a_part_of_an_action_one_of_the_action(
-    kind: str, service: bool, name: str
-) -> None:
+def test_types_and_parts_of_actions_have_python_classes(kind: str, service: bool, name: str) -> None:
     found = ros_class(kind, service=service)
     assert (found.__module__, found.__name__) == (kind.rpartition("/")[0].replace("/", "."), name)
     with pytest.raises(ValueError, match="it is not a message" if service else "it is not a service"):
@@ -79,5 +77,5 @@ def test_a_package_that_is_not_generated_from_ros_types_is_not_imported(
 
 @pytest.mark.ros
 @pytest.mark.parametrize("kind", ["nav_msgs/msg/Odometry", "std_srvs/srv/SetBool", "action_msgs/srv/CancelGoal"])
-def test_classes_of_ros_are_found(kind: str) -> None:
+def test_classes_of_an_installed_ros_are_found(kind: str) -> None:
     assert ros_class(kind, service="/srv/" in kind).__name__ == kind.rpartition("/")[2]

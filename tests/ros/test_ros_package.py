@@ -45,12 +45,12 @@ def other(tmp_path: Path) -> str:
     return str(path)
 
 
-def test_the_engine_is_that_of_the_argument_then_of_the_variable(other: str) -> None:
+def test_the_argument_then_the_variable_selects_the_engine(other: str) -> None:
     assert graphrun_command(sys.executable, {"GRAPHENGINE_PYTHON": other}) == RUN_BY
     assert graphrun_command("", {"GRAPHENGINE_PYTHON": sys.executable, "VIRTUAL_ENV": "/nowhere"}) == RUN_BY
 
 
-def test_a_python_that_was_given_must_have_the_engine(other: str) -> None:
+def test_a_given_python_must_have_the_engine(other: str) -> None:
     with pytest.raises(
         EngineNotFoundError, match=f"^python:={re.escape(other)} is not a Python that has graphengine\n"
     ):
@@ -59,7 +59,7 @@ def test_a_python_that_was_given_must_have_the_engine(other: str) -> None:
         graphrun_command("", {"GRAPHENGINE_PYTHON": "/nowhere"})
 
 
-def test_the_engine_is_then_that_of_the_virtual_environment_then_of_the_path(other: str, tmp_path: Path) -> None:
+def test_without_both_the_virtual_environment_then_the_path_selects_the_engine(other: str, tmp_path: Path) -> None:
     active, scripts = tmp_path / "active" / "bin", tmp_path / "scripts"
     for folder in (active, scripts):
         folder.mkdir(parents=True)
@@ -75,7 +75,7 @@ def test_the_engine_is_then_that_of_the_virtual_environment_then_of_the_path(oth
     assert graphrun_command("", environ) == RUN_BY
 
 
-def test_without_the_engine_the_error_says_what_to_do(other: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_engine_the_error_has_a_remedy(other: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", other)
     with pytest.raises(EngineNotFoundError) as raised:
         graphrun_command("", {"PATH": ""})
@@ -155,7 +155,7 @@ def members(session: int) -> list[int]:
 @pytest.mark.ros(needs.ros2cli(), needs.program("colcon", "colcon"))
 @pytest.mark.parametrize("transport", ["dds", "rclpy"])
 class TestLaunch:
-    def test_starts_the_run_and_the_robots_state_and_ctrl_c_ends_all(
+    def test_the_launch_file_starts_run_and_robot_state_and_ctrl_c_ends_both(
         self, workspace: Workspace, domain_id: int, transport: str
     ) -> None:
         domain = Domain(domain_id, "LOCALHOST")
@@ -175,13 +175,13 @@ class TestLaunch:
             assert eventually(lambda: not members(process.pid)), said
         assert "Traceback" not in said
 
-    def test_ends_when_the_run_ends(self, workspace: Workspace, transport: str) -> None:
+    def test_the_launch_file_ends_with_the_run(self, workspace: Workspace, transport: str) -> None:
         with launched(workspace, "scene:=no_such_scene", f"transport:={transport}") as process:
             said = process.communicate(timeout=PATIENCE)[0]
             assert eventually(lambda: not members(process.pid)), said
         assert "no file 'no_such_scene'" in said
 
-    def test_ends_when_the_scene_has_no_such_robot(self, workspace: Workspace, transport: str) -> None:
+    def test_the_launch_file_ends_if_the_scene_lacks_the_robot(self, workspace: Workspace, transport: str) -> None:
         with launched(workspace, "scene:=dd100_flat", "robot:=dd10", f"transport:={transport}") as process:
             said = process.communicate(timeout=PATIENCE)[0]
             assert eventually(lambda: not members(process.pid)), said

@@ -32,31 +32,31 @@ def test_memory_joins_nothing(domain: Domain) -> None:
 
 
 @pytest.mark.usefixtures("without_rclpy")
-def test_without_rclpy_dds_is_chosen_and_says_why(domain: Domain) -> None:
+def test_without_rclpy_auto_chooses_dds_and_gives_the_reason(domain: Domain) -> None:
     with closing(open_transport("auto", JoinOptions(domain, "alice"))) as transport:
         assert transport.description.startswith(f"dds (Eclipse Cyclone DDS), domain {domain.id}, discovery range OFF; ")
         assert transport.description.endswith("chosen because rclpy cannot be used (no ROS 2 is sourced)")
 
 
 @pytest.mark.usefixtures("without_rclpy")
-def test_rclpy_that_is_asked_for_and_missing_is_an_error(domain: Domain) -> None:
+def test_a_missing_rclpy_is_an_error_if_the_user_names_it(domain: Domain) -> None:
     with pytest.raises(TransportError, match=r"rclpy cannot be used: no ROS 2 is sourced\nsource a ROS 2 .*\.\[ros\]"):
         open_transport("rclpy", JoinOptions(domain))
 
 
-def test_a_name_that_no_transport_has_is_an_error_that_lists_them(domain: Domain) -> None:
+def test_the_error_about_an_unknown_transport_lists_all_transports(domain: Domain) -> None:
     with pytest.raises(TransportError, match=r"no transport 'udp'\n.*dds, memory, rclpy"):
         open_transport("udp", JoinOptions(domain))
 
 
-def test_the_transports_of_a_checkout_are_known_without_its_metadata(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_checkout_without_metadata_has_all_transports(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(select, "entry_points", lambda group: ())
     monkeypatch.setattr(select, "_entries", select._entries.__wrapped__)  # without its cache
     assert list(transport_helps()) == ["auto", "rclpy", "dds", "memory"]
     assert list(transport_helps(reaching_others=True)) == ["auto", "rclpy", "dds"]
 
 
-def test_the_project_file_registers_the_transports_that_lie_in_the_package() -> None:
+def test_the_project_file_registers_all_transports_of_the_package() -> None:
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
     registered = project["entry-points"][select.GROUP]
     found = {name: entry.value for name, (entry, *_) in select._entries().items()}
@@ -68,7 +68,7 @@ def test_the_project_file_registers_the_transports_that_lie_in_the_package() -> 
     ("name", "reason"), [("dds", "dds cannot be used: {}"), ("auto", r"; dds cannot be used \({}\)")]
 )
 @pytest.mark.usefixtures("without_rclpy")
-def test_without_cyclonedds_the_error_says_so_once_and_what_to_do(
+def test_without_cyclonedds_the_error_has_one_reason_and_a_remedy(
     domain: Domain, monkeypatch: pytest.MonkeyPatch, name: str, reason: str
 ) -> None:
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
@@ -77,7 +77,7 @@ def test_without_cyclonedds_the_error_says_so_once_and_what_to_do(
         open_transport(name, JoinOptions(domain))
 
 
-def test_a_transport_that_fails_in_its_own_way_while_joining_is_an_error_of_one_line(
+def test_an_unexpected_exception_while_joining_is_an_error_of_one_line(
     domain: Domain, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(options: JoinOptions) -> Transport:
@@ -89,13 +89,13 @@ def test_a_transport_that_fails_in_its_own_way_while_joining_is_an_error_of_one_
 
 
 @pytest.mark.ros(needs.sourced())
-def test_with_rclpy_rclpy_is_chosen_and_says_why(domain_id: int) -> None:
+def test_with_rclpy_auto_chooses_rclpy_and_gives_the_reason(domain_id: int) -> None:
     with closing(open_transport("auto", JoinOptions(Domain(domain_id, "LOCALHOST"), "alice"))) as transport:
         assert transport.description.startswith("rclpy (rmw_")
         assert transport.description.endswith("chosen because rclpy is installed")
 
 
-def test_dds_says_that_peers_of_zenoh_cannot_be_reached(domain: Domain) -> None:
+def test_the_description_of_dds_warns_about_unreachable_zenoh_peers(domain: Domain) -> None:
     with closing(
         open_transport("dds", JoinOptions(domain, environ={"RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}))
     ) as transport:

@@ -69,7 +69,7 @@ def calling() -> tuple[LiveNetwork, Any, list[str], list[bytes], Any]:
     return net, net.client(claim("call")), said, requests, peer
 
 
-def test_what_is_asked_in_a_tick_is_seen_in_the_next() -> None:
+def test_nodes_read_a_request_in_the_tick_after_its_arrival() -> None:
     net, server, _, peer = asked()
     net.freeze()
     peer.call(messages.encode(ASK(True)))
@@ -79,7 +79,7 @@ def test_what_is_asked_in_a_tick_is_seen_in_the_next() -> None:
     assert server.take() == ()
 
 
-def test_answers_leave_in_order_with_messages_when_the_tick_ends() -> None:
+def test_responses_and_messages_are_sent_in_order_at_the_end_of_the_tick() -> None:
     net, server, answers, _ = asked(True)
     clock = net.publisher(CLOCK)
     taker = Taker()
@@ -95,7 +95,7 @@ def test_answers_leave_in_order_with_messages_when_the_tick_ends() -> None:
     assert [topic for which, topic, _ in taker.said if which == "said"] == ["/clock", "/light/_service_event", "/clock"]
 
 
-def test_what_was_answered_is_sent_before_the_server_leaves() -> None:
+def test_responses_are_sent_before_their_server_closes() -> None:
     net, server, answers, peer = asked(True)
     net.freeze()
     ((request_id, _),) = server.take()
@@ -106,7 +106,7 @@ def test_what_was_answered_is_sent_before_the_server_leaves() -> None:
     assert net.hearing == []
 
 
-def test_a_request_that_was_never_asked_is_not_answered() -> None:
+def test_an_unknown_request_gets_no_response() -> None:
     net, server, answers, _ = asked(True)
     net.freeze()
     server.take()
@@ -115,7 +115,7 @@ def test_a_request_that_was_never_asked_is_not_answered() -> None:
     assert answers == []
 
 
-def test_only_a_response_of_the_service_can_be_the_answer() -> None:
+def test_a_response_of_another_type_is_refused() -> None:
     net, server, _, _ = asked(True)
     net.freeze()
     ((request_id, _),) = server.take()
@@ -124,7 +124,7 @@ def test_only_a_response_of_the_service_can_be_the_answer() -> None:
         server.answer(request_id, ASK(True))
 
 
-def test_requests_that_are_none_are_dropped_counted_and_told_once() -> None:
+def test_malformed_requests_are_dropped_counted_and_reported_once() -> None:
     said: list[str] = []
     transport = MemoryTransport()
     net = network(transport, said.append)
@@ -138,7 +138,7 @@ def test_requests_that_are_none_are_dropped_counted_and_told_once() -> None:
     assert said == [f"/light: a peer sends malformed {SET_BOOL}_Request messages; they are dropped"]
 
 
-def test_answers_that_are_none_are_dropped_and_their_calls_wait_no_longer() -> None:
+def test_malformed_responses_are_dropped_and_end_their_calls() -> None:
     net, client, said, requests, peer = calling()
     numbers = [client.call(ASK(True)), client.call(ASK(False))]
     net.flush()
@@ -169,7 +169,7 @@ def test_any_number_of_calls_is_sent_in_a_tick_in_order_with_messages() -> None:
     assert heard == expected
 
 
-def test_calls_that_are_never_answered_do_not_pile_up() -> None:
+def test_the_number_of_unanswered_calls_is_limited() -> None:
     net, client, said, requests, peer = calling()
     for _ in range(MAX_OPEN + 2):
         client.call(ASK(True))
@@ -182,7 +182,7 @@ def test_calls_that_are_never_answered_do_not_pile_up() -> None:
 
 
 # service_msgs/msg/ServiceEventInfo: REQUEST_SENT 0, REQUEST_RECEIVED 1, RESPONSE_SENT 2, RESPONSE_RECEIVED 3
-def test_sinks_see_both_ends_of_a_call_as_events_of_service_introspection() -> None:
+def test_sinks_get_introspection_events_of_requests_and_responses() -> None:
     net, taker = network(MemoryTransport()), Taker()
     net.sinks.append(taker)
     server, client = net.server(claim("serve"), 1), net.client(claim("call"))
@@ -204,7 +204,7 @@ def test_sinks_see_both_ends_of_a_call_as_events_of_service_introspection() -> N
     assert ours.sequence_number == 1
 
 
-def test_a_client_is_known_in_events_by_its_node_and_the_number_of_its_call() -> None:
+def test_events_identify_a_call_by_node_and_number() -> None:
     found = []
     for node, calls in (("/World/a", 1), ("/World/a", 2), ("/World/b", 1)):
         net, taker = network(MemoryTransport()), Taker()
@@ -220,7 +220,7 @@ def test_a_client_is_known_in_events_by_its_node_and_the_number_of_its_call() ->
 
 
 @given(st.binary(min_size=1, max_size=40), st.booleans())
-def test_a_request_is_brought_again_by_its_event(request_id: bytes, wanted: bool) -> None:
+def test_a_recorded_event_delivers_its_request(request_id: bytes, wanted: bool) -> None:
     taken, events = [], [messages.encode(DEFINITIONS.initial(EVENT))]
     for again in (False, True):
         net, taker = network(MemoryTransport()), Taker()
@@ -240,7 +240,7 @@ def test_a_request_is_brought_again_by_its_event(request_id: bytes, wanted: bool
     assert taken[0] == taken[1]
 
 
-def test_a_queue_longer_than_the_usual_bound_is_kept_whole() -> None:
+def test_a_queue_keeps_more_requests_than_the_default_limit() -> None:
     wanted, transport, said = MAX_OPEN + 500, MemoryTransport(), list[str]()
     net = network(transport, said.append)
     longer = EndpointClaim("/World/graph/node", "graph", "/light", SET_BOOL, "serve", QoS(depth=wanted))

@@ -49,7 +49,7 @@ def test_a_call_is_answered(client: Client, server: Server) -> None:
     assert eventually(lambda: client.answers == {1: "a!"})
 
 
-def test_servers_of_several_nodes_are_answered_and_leave_one_by_one(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_servers_of_several_nodes_can_be_called_and_leave_one_by_one(alice: AnyTransport, bob: AnyTransport) -> None:
     nodes = ("", "/robot/one", "/robot/two", "/robot/one")
     servers = [Server(bob, f"{NAME}_{number}", node=node) for number, node in enumerate(nodes)]
     clients = [Client(alice, f"{NAME}_{number}") for number in range(len(nodes))]
@@ -74,7 +74,7 @@ def test_a_server_of_a_node_without_a_legal_name_is_refused(bob: AnyTransport, n
         bob.server(NAME, TYPE, QoS(), lambda request_id, data: None, node)
 
 
-def test_calls_come_in_order_and_are_answered_in_any(client: Client, server: Server) -> None:
+def test_calls_arrive_in_order_and_may_be_answered_in_any_order(client: Client, server: Server) -> None:
     assert [client.call(text) for text in "abcde"] == [1, 2, 3, 4, 5]
     assert eventually(lambda: len(server.asked) == 5)
     assert server.texts == ["a", "b", "c", "d", "e"]
@@ -99,7 +99,7 @@ def test_a_request_is_answered_long_after_others(client: Client, server: Server)
     assert eventually(lambda: client.answers.get(1) == "late!")
 
 
-def test_a_server_may_answer_while_it_is_asked(bob: AnyTransport, join: Join) -> None:
+def test_a_server_may_respond_within_the_delivery_of_a_request(bob: AnyTransport, join: Join) -> None:
     at_once = reply("at once")
     eager: TransportServer = bob.server(NAME, TYPE, QoS(), lambda request_id, _: eager.answer(request_id, at_once))
     client = Client(join("alice"))
@@ -108,7 +108,7 @@ def test_a_server_may_answer_while_it_is_asked(bob: AnyTransport, join: Join) ->
     assert eventually(lambda: client.answers == {number: "at once"})
 
 
-def test_clients_do_not_hear_each_other(join: Join, client: Client, server: Server) -> None:
+def test_clients_get_only_their_own_responses(join: Join, client: Client, server: Server) -> None:
     clients = [client, Client(join("carol")), Client(join("bob"))]
     assert eventually(lambda: all(client.end.ready for client in clients))
     for client, text in zip(clients, "abc", strict=True):
@@ -120,7 +120,7 @@ def test_clients_do_not_hear_each_other(join: Join, client: Client, server: Serv
     assert [client.answers for client in clients] == [{1: "a!"}, {1: "b!"}, {1: "c!"}]
 
 
-def test_ready_follows_servers_that_come_and_go(join: Join) -> None:
+def test_ready_changes_when_servers_open_and_close(join: Join) -> None:
     client, bob = Client(join("alice")), join("bob")
     assert not client.end.ready
     for _ in range(2):
@@ -152,7 +152,7 @@ def test_a_call_without_a_server_is_lost(join: Join) -> None:
 
 
 @pytest.mark.parametrize("leaving", ["client", "process"])
-def test_a_client_that_is_gone_disturbs_no_other(join: Join, client: Client, server: Server, leaving: str) -> None:
+def test_a_closed_client_does_not_affect_others(join: Join, client: Client, server: Server, leaving: str) -> None:
     carol = join("carol")
     gone = Client(carol)
     assert eventually(lambda: gone.end.ready)
@@ -170,7 +170,7 @@ def test_a_client_that_is_gone_disturbs_no_other(join: Join, client: Client, ser
     assert gone.answers == {}
 
 
-def test_each_call_has_one_answer(client: Client, server: Server) -> None:
+def test_each_call_gets_one_response(client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     for _ in range(3):
@@ -214,7 +214,7 @@ def test_a_response_waits_until_its_client_is_discovered(
     assert ["was dropped" in record.getMessage() for record in caplog.records] == [True] * (drops == 20)
 
 
-def test_a_megabyte_is_asked_and_answered(client: Client, server: Server) -> None:
+def test_requests_and_responses_of_a_megabyte_arrive(client: Client, server: Server) -> None:
     client.call("x" * 1_000_000)
     assert eventually(lambda: server.texts == ["x" * 1_000_000])
     server.answer(0)
@@ -222,7 +222,9 @@ def test_a_megabyte_is_asked_and_answered(client: Client, server: Server) -> Non
 
 
 @pytest.mark.parametrize(("asked", "offered"), [(BEST_EFFORT, QoS()), (QoS(), BEST_EFFORT)], ids=["asked", "offered"])
-def test_best_effort_and_reliable_do_not_meet(alice: AnyTransport, bob: AnyTransport, asked: QoS, offered: QoS) -> None:
+def test_best_effort_and_reliable_services_do_not_match(
+    alice: AnyTransport, bob: AnyTransport, asked: QoS, offered: QoS
+) -> None:
     Server(bob, qos=offered)
     other = Server(bob, "/other")
     client, marker = Client(alice, qos=asked), Client(alice, "/other")
@@ -237,7 +239,7 @@ def test_best_effort_and_reliable_do_not_meet(alice: AnyTransport, bob: AnyTrans
     assert alice.malformed == bob.malformed == {}
 
 
-def test_services_of_different_names_and_types_do_not_meet(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_services_with_different_names_or_types_do_not_match(alice: AnyTransport, bob: AnyTransport) -> None:
     server, marker = Server(bob), Server(bob, "/other")
     strange = alice.client(NAME, "std_srvs/srv/Trigger", QoS(), lambda number, data: None)
     client = Client(alice, "/other")
@@ -248,7 +250,7 @@ def test_services_of_different_names_and_types_do_not_meet(alice: AnyTransport, 
     assert server.texts == []
 
 
-def test_what_is_closed_refuses(client: Client, server: Server) -> None:
+def test_closed_servers_and_clients_refuse_calls(client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     server.end.close()
@@ -279,7 +281,7 @@ def test_a_transport_that_is_closed_has_no_services(alice: AnyTransport) -> None
 @pytest.mark.parametrize(
     "service_type", ["std_srvs/srv/Nothing", "std_msgs/msg/String", "tf2_msgs/action/LookupTransform"]
 )
-def test_a_type_that_is_no_service_cannot_be_opened(alice: AnyTransport, service_type: str) -> None:
+def test_a_type_that_is_not_a_service_is_refused(alice: AnyTransport, service_type: str) -> None:
     with pytest.raises(MessageTypeError, match=service_type):
         alice.server(NAME, service_type, QoS(), lambda request_id, data: None)
     with pytest.raises(MessageTypeError, match=service_type):
@@ -287,7 +289,7 @@ def test_a_type_that_is_no_service_cannot_be_opened(alice: AnyTransport, service
 
 
 @pytest.mark.parametrize("request_id", [b"", b"\0", bytes(24), bytes(1000)])
-def test_answers_to_what_was_never_asked_go_nowhere(client: Client, server: Server, request_id: bytes) -> None:
+def test_responses_to_unknown_requests_are_ignored(client: Client, server: Server, request_id: bytes) -> None:
     server.end.answer(request_id, reply("nobody asked"))
     client.call("a")
     assert eventually(lambda: server.asked)
@@ -323,7 +325,7 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pyte
 
 @pytest.mark.parametrize("kind", ["dds", RCLPY, COMPOSED], indirect=True)
 @pytest.mark.parametrize("data", [b"", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\5\0\0\0a"])
-def test_what_is_no_message_is_not_sent(client: Client, server: Server, data: bytes) -> None:
+def test_malformed_bytes_are_not_sent(client: Client, server: Server, data: bytes) -> None:
     with pytest.raises(TransportError, match=NAME):
         client.end.call(data)
     client.call("a")
@@ -332,7 +334,7 @@ def test_what_is_no_message_is_not_sent(client: Client, server: Server, data: by
         server.end.answer(server.asked[0][0], data)
 
 
-def test_two_servers_of_one_service_make_one_answer(join: Join, client: Client, server: Server) -> None:
+def test_two_servers_of_one_service_give_one_response(join: Join, client: Client, server: Server) -> None:
     both = (server, Server(join("bob")))
     assert eventually(lambda: all(server.asked for server in both), lambda: client.call("a"))
     number = client.call("b")
@@ -342,7 +344,7 @@ def test_two_servers_of_one_service_make_one_answer(join: Join, client: Client, 
     assert eventually(lambda: number in client.answers)
 
 
-def test_the_graph_tells_of_services(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_the_graph_has_the_services(alice: AnyTransport, bob: AnyTransport) -> None:
     server, client = Server(bob), Client(bob, "/called")
 
     def told(transport: AnyTransport) -> bool:
@@ -378,7 +380,7 @@ def test_the_graph_has_the_services_of_each_node(alice: AnyTransport, bob: AnyTr
     assert eventually(lambda: services(alice) == [])
 
 
-def test_services_that_other_nodes_offer_or_call_too_stay_without_a_node() -> None:
+def test_without_keeps_services_that_other_nodes_use() -> None:
     own, offered, called = ("/own", TYPE), ("/offered", TYPE), ("/called", TYPE)
     nodes = [
         NetworkNode("/alice", servers=[own, offered], clients=[called]),
@@ -390,7 +392,7 @@ def test_services_that_other_nodes_offer_or_call_too_stay_without_a_node() -> No
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
-def test_who_offers_a_service_learns_that_somebody_else_does(alice: AnyTransport, bob: AnyTransport) -> None:
+def test_a_second_program_with_the_same_service_is_reported(alice: AnyTransport, bob: AnyTransport) -> None:
     for name in (NAME, NAME, "/other"):
         Server(alice, name)
     Client(bob, "/other")
@@ -407,7 +409,7 @@ def test_who_offers_a_service_learns_that_somebody_else_does(alice: AnyTransport
     assert rivals(bob) == []
 
 
-def test_peers_on_the_same_rmw_are_nothing_to_warn_of(join: Join, client: Client, server: Server) -> None:
+def test_service_peers_on_the_same_rmw_cause_no_warning(join: Join, client: Client, server: Server) -> None:
     client.call("a")
     assert eventually(lambda: server.asked)
     assert foreign(join("bob")) == []

@@ -51,7 +51,7 @@ def buffer(domain_id: int) -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("transport", ["dds", "rclpy"])
-def test_tf2_forgets_what_was_before_a_reset_and_keeps_static_transforms(
+def test_after_a_reset_tf2_has_only_static_transforms(
     tmp_path: Path, domain_id: int, buffer: Any, transport: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", str(domain_id))  # which graphs read

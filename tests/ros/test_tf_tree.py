@@ -30,7 +30,7 @@ def drawn(made: FrameTree) -> list[str]:
     return [str(row) for row in made.rows()]
 
 
-def test_each_frame_stands_below_its_parent() -> None:
+def test_each_frame_is_drawn_below_its_parent() -> None:
     made = tree(("odom", "base"), ("base", "chassis"), ("chassis", "laser"), ("base", "wheel"), ("chassis", "camera"))
     assert drawn(made) == [
         "odom",
@@ -43,7 +43,7 @@ def test_each_frame_stands_below_its_parent() -> None:
     assert made.faults(NAMES) == []
 
 
-def test_names_with_a_slash_in_front_are_the_same_frames() -> None:
+def test_a_leading_slash_does_not_change_a_frame() -> None:
     made = tree(("/odom", "/base"), ("base", "laser"))
     assert drawn(made) == ["odom", "└─ base", "   └─ laser"]
 
@@ -57,7 +57,7 @@ def test_the_rate_is_that_of_the_stamps() -> None:
     assert (edge.number, edge.oldest, edge.newest) == (31, 5_000_000_000, 6_000_000_000)
 
 
-def test_one_transform_has_no_rate() -> None:
+def test_a_single_message_has_no_rate() -> None:
     (edge,) = tree(("odom", "base")).edges
     assert edge.rate is None
 
@@ -73,7 +73,7 @@ def test_one_transform_has_no_rate() -> None:
         ({"transform__rotation__w": math.nan}, "'base' in 'odom' because it contains NaN"),
     ],
 )
-def test_what_tf2_does_not_take_is_told_once_and_no_part_of_the_tree(changed: dict[str, Any], why: str) -> None:
+def test_transforms_that_tf2_ignores_are_reported_once_and_left_out(changed: dict[str, Any], why: str) -> None:
     made, wrong = tree(("odom", "laser")), transform("odom", "base")
     for name, value in changed.items():
         *way, last = name.split("__")
@@ -84,27 +84,27 @@ def test_what_tf2_does_not_take_is_told_once_and_no_part_of_the_tree(changed: di
     assert made.faults(NAMES) == [f"tf2 ignores {why}; sent by /bob"]
 
 
-def test_a_quaternion_that_is_a_little_off_is_taken() -> None:
+def test_a_quaternion_within_the_tolerance_is_accepted() -> None:
     made, rounded = FrameTree(), transform("odom", "base")
     rounded.transform.rotation.w = 1.004  # whose square is 0.008 too large, where tf2 lets pass 0.01
     made.add(messages.TFMessage([rounded]), True, A)
     assert made.faults(NAMES) == []
 
 
-def test_robots_with_a_prefix_each_have_a_tree_each() -> None:
+def test_robots_with_prefixes_have_separate_trees() -> None:
     made = tree(("one/odom", "one/base"), ("two/odom", "two/base"))
     assert made.faults(NAMES) == []
     made.add(messages.TFMessage([transform("two/body", "two/camera")]), True, A)
     assert made.faults(NAMES) == ["the tree of two is in 2 pieces, with the roots two/body, two/odom"]
 
 
-def test_pieces_are_told_with_their_roots() -> None:
+def test_a_tree_in_pieces_is_reported_with_the_roots() -> None:
     made = tree(("odom", "base"), ("chassis", "laser"))
     assert drawn(made) == ["chassis", "└─ laser", "odom", "└─ base"]
     assert made.faults(NAMES) == ["the tree is in 2 pieces, with the roots chassis, odom"]
 
 
-def test_two_parents_are_told_with_who_says_so() -> None:
+def test_two_parents_of_a_frame_are_reported_with_their_broadcasters() -> None:
     made = tree(("odom", "base"), ("base", "laser"))
     made.add(messages.TFMessage([transform("map", "base")]), False, B)
     assert drawn(made) == ["map", "└─ base", "   └─ laser", "odom", "└─ base (above)"]
@@ -114,13 +114,13 @@ def test_two_parents_are_told_with_who_says_so() -> None:
     ]
 
 
-def test_a_circle_is_told_and_drawn_once() -> None:
+def test_a_loop_is_reported_and_drawn_once() -> None:
     made = tree(("a", "b"), ("b", "c"), ("c", "a"), ("c", "d"))
     assert drawn(made) == ["a", "└─ b", "   └─ c", "      ├─ a (above)", "      └─ d"]
     assert made.faults(NAMES) == ["frames form a loop: a in c in b in a"]
 
 
-def test_two_who_broadcast_the_same_are_told() -> None:
+def test_two_broadcasters_of_a_transform_are_reported() -> None:
     made = tree(("odom", "base"))
     made.add(messages.TFMessage([transform("odom", "base")]), False, B)
     assert made.faults(NAMES) == ["base in odom has several broadcasters: /alice, /bob"]
@@ -132,7 +132,7 @@ def test_a_long_chain_of_frames_is_drawn() -> None:
     assert made.faults(NAMES) == []
 
 
-def test_what_is_too_much_is_left_out_and_told() -> None:
+def test_transforms_beyond_the_limit_are_left_out_and_reported() -> None:
     made = tree(*(("map", f"f{number}") for number in range(MAX_EDGES + 1)))
     made.add(messages.TFMessage([transform("map", "f0")]), True, A)
     assert len(made.edges) == MAX_EDGES

@@ -32,7 +32,7 @@ def kind(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-def test_the_type_that_is_published_is_followed_and_silence_is_noticed_in_simulation_time(
+def test_a_subscription_follows_the_published_type_and_notices_silence_in_simulation_time(
     join: Join, domain_id: int, tmp_path: Path
 ) -> None:
     path = tmp_path / "drive.yaml"

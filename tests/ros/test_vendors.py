@@ -22,7 +22,7 @@ UNKNOWN = bytes.fromhex("ffff78fd8d0632b60000000000001403")
         ("rmw_zenoh_cpp", [UNKNOWN]),  # whose GIDs are not those of DDS
     ],
 )
-def test_peers_on_the_same_rmw_are_no_reason_to_warn(own: str, gids: list[bytes]) -> None:
+def test_peers_on_the_same_rmw_cause_no_warning(own: str, gids: list[bytes]) -> None:
     assert warning("/reset", "client", gids, own) == ""
 
 
@@ -34,7 +34,7 @@ def test_peers_on_the_same_rmw_are_no_reason_to_warn(own: str, gids: list[bytes]
         ("rmw_cyclonedds_cpp", [UNKNOWN, FAST], "another RMW and rmw_fastrtps_cpp"),
     ],
 )
-def test_a_warning_says_who_it_is_and_what_to_do(own: str, gids: list[bytes], others: str) -> None:
+def test_a_warning_names_the_peer_and_a_remedy(own: str, gids: list[bytes], others: str) -> None:
     what, remedy = warning("/reset", "client", gids, own).split("\n")
     assert what == (
         f"/reset: a client on {others} is unreachable: services do not work between different RMWs of ROS 2"

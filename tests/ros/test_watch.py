@@ -79,7 +79,7 @@ def peer(
     return Endpoint(gid + bytes([len(node)]), direction, topic, message_type, qos, "", node, "/" if node else "")
 
 
-def test_who_offers_what_and_who_asks_for_what_is_told_with_a_remedy() -> None:
+def test_a_qos_mismatch_is_reported_with_both_profiles_and_a_remedy() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
     (said,) = watched.look(peer("subscribe", "/odom", ODOMETRY))
     assert said == (
@@ -88,7 +88,7 @@ def test_who_offers_what_and_who_asks_for_what_is_told_with_a_remedy() -> None:
     )
 
 
-def test_a_peer_that_publishes_what_is_not_enough_is_told() -> None:
+def test_a_peer_that_offers_too_little_is_reported() -> None:
     watched = Watched(ours("subscribe", "/cmd_vel", TWIST))
     (said,) = watched.look(peer("publish", "/cmd_vel", TWIST, BEST_EFFORT))
     assert said == (
@@ -97,7 +97,7 @@ def test_a_peer_that_publishes_what_is_not_enough_is_told() -> None:
     )
 
 
-def test_another_type_is_told() -> None:
+def test_another_message_type_is_reported() -> None:
     watched = Watched(ours("subscribe", "/cmd_vel", TWIST), ours("publish", "/odom", ODOMETRY))
     said = watched.look(peer("publish", "/cmd_vel", STAMPED), peer("subscribe", "/odom", TWIST))
     assert [line.partition("\n")[0] for line in said] == [
@@ -106,7 +106,7 @@ def test_another_type_is_told() -> None:
     ]
 
 
-def test_who_fits_or_is_on_other_topics_is_not_told() -> None:
+def test_matching_peers_and_other_topics_are_not_reported() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY), ours("subscribe", "/cmd_vel", TWIST))
     present = (
         peer("subscribe", "/odom", ODOMETRY, BEST_EFFORT),
@@ -118,7 +118,7 @@ def test_who_fits_or_is_on_other_topics_is_not_told() -> None:
     assert watched.look(*present) == []
 
 
-def test_an_alternative_that_will_be_read_is_no_other_type() -> None:
+def test_an_alternative_type_is_not_reported() -> None:
     subscription = ours("subscribe", "/cmd_vel", TWIST)
     subscription.claim = replace(subscription.claim, alternatives=(STAMPED,))
     watched = Watched(subscription)
@@ -127,7 +127,7 @@ def test_an_alternative_that_will_be_read_is_no_other_type() -> None:
     assert len(watched.look(stamped, peer("publish", "/cmd_vel", TWIST, node="teleop"))) == 1
 
 
-def test_a_pair_is_told_once_also_when_the_peer_comes_back() -> None:
+def test_a_mismatch_is_reported_once_even_if_the_peer_returns() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
     reader = peer("subscribe", "/odom", ODOMETRY)
     looks = (reader,), (reader,), (), (replace(reader, gid=FAST_DDS),)
@@ -135,7 +135,7 @@ def test_a_pair_is_told_once_also_when_the_peer_comes_back() -> None:
     assert len(watched.look(reader, peer("subscribe", "/odom", ODOMETRY, node="nav"))) == 1
 
 
-def test_two_nodes_of_the_session_that_do_not_fit_are_told_by_their_prims() -> None:
+def test_a_mismatch_within_the_session_is_reported_with_prim_paths() -> None:
     publisher, subscription = ours("publish", "/speed", TWIST, BEST_EFFORT), ours("subscribe", "/speed", TWIST)
     watched = Watched(publisher, subscription)
     own = [peer("publish", "/speed", TWIST, BEST_EFFORT, "session"), peer("subscribe", "/speed", TWIST, node="session")]
@@ -144,7 +144,7 @@ def test_two_nodes_of_the_session_that_do_not_fit_are_told_by_their_prims() -> N
     assert said.startswith(f"/speed: {why}: no messages arrive\n")
 
 
-def test_a_peer_without_a_name_is_given_time_to_tell_it() -> None:
+def test_a_peer_without_a_node_name_is_reported_after_some_time() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY, BEST_EFFORT))
     nameless = peer("subscribe", "/odom", ODOMETRY, node="")
     assert watched.look(nameless) == []
@@ -153,7 +153,7 @@ def test_a_peer_without_a_name_is_given_time_to_tell_it() -> None:
     assert said.startswith("/odom: a program that is not a ROS node asks for reliable")
 
 
-def test_another_clock_is_told() -> None:
+def test_another_publisher_of_the_clock_is_reported() -> None:
     watched = Watched(ours("publish", "/clock", CLOCK))
     own = peer("publish", "/clock", CLOCK, node="session")
     assert watched.look(own) == []
@@ -162,14 +162,14 @@ def test_another_clock_is_told() -> None:
     assert "ROS_DOMAIN_ID" in said
 
 
-def test_another_clock_of_the_same_name_is_told() -> None:
+def test_another_clock_publisher_with_the_same_node_name_is_reported() -> None:
     watched = Watched(ours("publish", "/clock", CLOCK))
     own = peer("publish", "/clock", CLOCK, node="session")
     (said,) = watched.look(own, replace(own, gid=bytes(16)))
     assert said.startswith("/clock: another process named /session also publishes this topic")
 
 
-def test_services_that_somebody_else_offers_too_are_told_once() -> None:
+def test_services_that_another_program_offers_too_are_reported_once() -> None:
     watched = Watched()
     assert watched.look() == []
     watched.network.rival_services = ["/spawn_entity", *(f"/service_{i}" for i in range(30))]
@@ -193,7 +193,9 @@ def test_services_that_somebody_else_offers_too_are_told_once() -> None:
         (922_000, 0, FAST_DDS, 0),  # a system that does not tell
     ],
 )
-def test_large_messages_to_fast_dds_are_told_with_a_remedy(size: int, buffer: int, reader: bytes, told: int) -> None:
+def test_large_messages_to_fast_dds_are_reported_with_a_remedy(
+    size: int, buffer: int, reader: bytes, told: int
+) -> None:
     watched = Watched(ours("publish", "/rgb", ODOMETRY, largest=size), buffer=buffer)
     own = peer("publish", "/rgb", ODOMETRY, node="session")
     said = watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=reader))
@@ -203,13 +205,13 @@ def test_large_messages_to_fast_dds_are_told_with_a_remedy(size: int, buffer: in
     assert watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=reader)) == []
 
 
-def test_fast_dds_sends_to_its_like_what_is_large() -> None:
+def test_large_messages_between_fast_dds_endpoints_are_not_reported() -> None:
     watched = Watched(ours("publish", "/rgb", ODOMETRY, largest=922_000))
     own = peer("publish", "/rgb", ODOMETRY, node="session", gid=FAST_DDS)
     assert watched.look(own, peer("subscribe", "/rgb", ODOMETRY, gid=FAST_DDS)) == []
 
 
-def test_looks_are_rare_unless_topics_change() -> None:
+def test_searches_are_rare_unless_topics_change() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY))
     for looks in (1, 2):
         for _ in range(100):
@@ -220,7 +222,7 @@ def test_looks_are_rare_unless_topics_change() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.01, 1.0])
-def test_looks_that_take_long_are_rarer_within_limits(seconds: float) -> None:
+def test_slow_searches_are_rarer_within_limits(seconds: float) -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY))
     watched.seconds = seconds
     begun = watched.now
@@ -248,7 +250,7 @@ class Counted:
 
 
 @pytest.mark.parametrize("offered", [DEFAULT, BEST_EFFORT])
-def test_a_hundred_ends_and_a_hundred_peers_of_one_topic_are_not_compared_in_pairs(offered: QoS) -> None:
+def test_equal_endpoints_of_a_topic_are_compared_once(offered: QoS) -> None:
     network, said, read = Played(), list[str](), list[str]()
     ends = (peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}") for number in range(100))
     network.present = [cast("Endpoint", Counted(end, read)) for end in ends]
@@ -263,7 +265,7 @@ def test_a_hundred_ends_and_a_hundred_peers_of_one_topic_are_not_compared_in_pai
     assert bool(said) == (offered == BEST_EFFORT)
 
 
-def test_peers_are_named_for_faults_only_and_not_without_end() -> None:
+def test_the_number_of_reports_for_a_topic_is_limited() -> None:
     watched = Watched(*(ours("publish", "/odom", ODOMETRY, qos) for qos in (BEST_EFFORT, DEFAULT)))
     readers = [peer("subscribe", "/odom", ODOMETRY, node=f"rviz_{number:02}") for number in range(2 * MOST)]
     said = watched.look(*readers)
@@ -286,7 +288,7 @@ def test_faults_are_reported_a_few_in_each_tick_in_the_order_of_the_ends() -> No
     watched.watch.close()
 
 
-def test_ticks_do_not_wait_for_a_look_and_the_end_of_the_session_does() -> None:
+def test_only_the_end_of_the_session_waits_for_a_search() -> None:
     begun, go_on = threading.Event(), threading.Event()
     threads = list[threading.Thread]()
 
@@ -320,7 +322,7 @@ def test_a_transport_may_be_closed_before_the_session() -> None:
     session.close()
 
 
-def test_what_a_look_stumbles_over_is_raised_in_the_thread_of_the_ticks() -> None:
+def test_an_exception_of_a_search_is_raised_in_the_thread_of_the_ticks() -> None:
     watched = Watched(ours("publish", "/odom", ODOMETRY))
     watched.network.graph = None  # type: ignore[assignment]
     watched.watch.look()
@@ -328,13 +330,13 @@ def test_what_a_look_stumbles_over_is_raised_in_the_thread_of_the_ticks() -> Non
         watched.watch.finish()
 
 
-def test_linux_tells_its_receive_buffer() -> None:
+def test_the_receive_buffer_is_read_from_linux() -> None:
     if not RECEIVE_BUFFER.exists():
         pytest.skip("no Linux")
     assert int(RECEIVE_BUFFER.read_text()) > 2048
 
 
-def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes() -> None:
+def test_new_topics_and_new_peers_are_checked() -> None:
     said: list[str] = []
     transport = MemoryTransport()
     network = LiveNetwork(lambda domain: transport, 0, said.append)
@@ -360,7 +362,7 @@ def after_patience(watched: Watched, *present: Endpoint) -> list[str]:
     return said + list(watched.look(*present))
 
 
-def test_a_topic_that_no_node_reads_is_told_once_with_the_subscriber_that_may_be_meant() -> None:
+def test_an_unread_topic_is_reported_once_with_a_similar_subscription() -> None:
     watched = Watched(READS)
     stray = peer("publish", "/cmd_vel", TWIST)
     assert watched.look(stray) == []
@@ -370,7 +372,7 @@ def test_a_topic_that_no_node_reads_is_told_once_with_the_subscriber_that_may_be
     assert watched.look(stray, peer("publish", "/cmd_vel", TWIST, node="teleop")) == []
 
 
-def test_a_name_with_another_namespace_is_near_too_and_of_many_subscribers_one_is_named() -> None:
+def test_a_topic_in_another_namespace_is_similar_and_one_subscriber_is_named() -> None:
     watched = Watched(*(ours("subscribe", f"/robot_{number}/cmd_vel", TWIST) for number in range(5)))
     (said,) = after_patience(watched, peer("publish", "/robot_9/cmd_vel", TWIST))
     assert said == (
@@ -391,11 +393,11 @@ def test_a_name_with_another_namespace_is_near_too_and_of_many_subscribers_one_i
     ],
     ids=["read elsewhere", "another type", "another name", "own", "no node", "the robot is driven"],
 )
-def test_a_publisher_whose_messages_are_read_or_meant_for_others_is_not_told(present: list[Endpoint]) -> None:
+def test_read_topics_and_topics_of_other_systems_are_not_reported(present: list[Endpoint]) -> None:
     assert after_patience(Watched(READS), *present) == []
 
 
-def test_a_subscriber_that_comes_later_ends_the_suspicion() -> None:
+def test_a_late_subscriber_prevents_the_report() -> None:
     watched = Watched(READS)
     stray, reader = peer("publish", "/cmd_vel", TWIST), peer("subscribe", "/cmd_vel", TWIST, node="late")
     watched.look(stray)

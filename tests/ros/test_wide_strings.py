@@ -44,7 +44,7 @@ def wide(known: Definitions, text: str) -> bytes:
     return encode(message, known)
 
 
-def test_units_are_written_and_read_in_four_bytes(known: Definitions) -> None:
+def test_each_unit_takes_four_bytes(known: Definitions) -> None:
     text = "Grüße 😀"
     units = struct.unpack(f"<{len(text) + 1}H", text.encode("utf-16-le"))  # the last character takes two
     data = wide(known, text)
@@ -55,7 +55,7 @@ def test_units_are_written_and_read_in_four_bytes(known: Definitions) -> None:
 
 
 @given(many=st.lists(TEXTS, max_size=4), two=st.lists(TEXTS, min_size=2, max_size=2), last=TEXTS)
-def test_what_is_written_is_read(known: Definitions, many: list[str], two: list[str], last: str) -> None:
+def test_a_written_wide_string_is_read_back(known: Definitions, many: list[str], two: list[str], last: str) -> None:
     message = known.initial(MANY)
     assert message.last == "Grüße"
     message.before, message.number, message.after = 255, 2**32 - 1, -1.5
@@ -66,7 +66,7 @@ def test_what_is_written_is_read(known: Definitions, many: list[str], two: list[
 @pytest.mark.parametrize(
     ("count", "unit", "match"), [(3, 2, "3 units"), (2**32 - 1, 2, "units"), (2, 65536, "16 bits")]
 )
-def test_what_is_no_wide_string_is_refused(known: Definitions, count: int, unit: int, match: str) -> None:
+def test_illegal_wide_strings_are_refused(known: Definitions, count: int, unit: int, match: str) -> None:
     with pytest.raises(MessageError, match=match):
         decode(struct.pack("<BBHI2I", 0, 1, 0, count, 1, unit), WIDE, known)
 
@@ -79,7 +79,7 @@ def test_single_wide_characters_are_not_supported(tmp_path: Path, field: str) ->
         DEFINITIONS.extended([tmp_path]).definition("my_msgs/msg/Odd")
 
 
-def test_wide_strings_cross_between_two_nodes(known: Definitions, dds: OpenDds) -> None:
+def test_wide_strings_arrive_at_another_node(known: Definitions, dds: OpenDds) -> None:
     alice, bob = (dds(name, definitions=known) for name in ("alice", "bob"))
     heard: list[str] = []
     bob.reader("/wide", WIDE, QoS(), lambda data: heard.append(decode(data, WIDE, known).data))
@@ -91,7 +91,7 @@ def test_wide_strings_cross_between_two_nodes(known: Definitions, dds: OpenDds) 
 
 @pytest.mark.ros(needs.types("example_interfaces"))
 @pytest.mark.parametrize("own", ["dds", "rclpy"])
-def test_wide_strings_cross_to_and_from_a_node_of_ros(known: Definitions, domain: Domain, own: str) -> None:
+def test_wide_strings_arrive_from_and_at_a_ros_node(known: Definitions, domain: Domain, own: str) -> None:
     import rclpy
     from example_interfaces.msg import WString
     from rclpy.executors import SingleThreadedExecutor

@@ -107,20 +107,20 @@ def in_pieces(path: Path, text: str) -> None:
 
 
 @pytest.mark.parametrize("save", [in_place, by_rename, with_backup, in_pieces])
-def test_a_file_is_seen_however_it_is_saved(watched: Watched, save: Callable[[Path, str], None]) -> None:
+def test_a_change_is_detected_with_every_way_of_saving(watched: Watched, save: Callable[[Path, str], None]) -> None:
     save(watched.path, MORE)
     done = watched.await_report(lambda report: report.exception() is None and report.result()["changed"]).result()
     assert (done["changed"], done["kept"], done["nodes"]) == (("g",), 2, 3)
     assert (watched.session.state, watched.count) == ("paused", 5)
 
 
-def test_saving_twice_takes_effect_twice(watched: Watched) -> None:
+def test_two_saves_cause_two_reloads(watched: Watched) -> None:
     for text in (MORE, GRAPH):
         in_place(watched.path, text)
         assert watched.await_change()["changed"] == ("g",)
 
 
-def test_a_file_that_goes_is_an_error_until_it_is_back(watched: Watched) -> None:
+def test_a_deleted_file_is_an_error_until_it_exists_again(watched: Watched) -> None:
     watched.path.unlink()
     assert "cannot read" in str(watched.await_error())
     assert watched.session.findings[0].startswith(f"{watched.path}:1:1: error G101")
@@ -131,7 +131,7 @@ def test_a_file_that_goes_is_an_error_until_it_is_back(watched: Watched) -> None
     assert watched.session.findings == ()
 
 
-def test_a_pipe_in_the_place_of_a_file_blocks_nothing(watched: Watched) -> None:
+def test_a_pipe_instead_of_a_file_does_not_block(watched: Watched) -> None:
     watched.path.unlink()
     os.mkfifo(watched.path)
     while "regular" not in str(watched.await_error()):
@@ -141,13 +141,13 @@ def test_a_pipe_in_the_place_of_a_file_blocks_nothing(watched: Watched) -> None:
     assert watched.await_change()["mended"]
 
 
-def test_a_huge_file_is_not_read_to_its_end(watched: Watched) -> None:
+def test_a_huge_file_is_not_read_completely(watched: Watched) -> None:
     with watched.path.open("a", encoding="utf-8") as file:
         file.truncate(100 * document.MAX_BYTES)
     assert "is larger than 8 MB" in str(watched.await_error())
 
 
-def test_a_file_that_is_not_there_yet_is_waited_for_and_then_watched(watched: Watched) -> None:
+def test_a_missing_file_is_watched_from_its_creation_on(watched: Watched) -> None:
     in_place(watched.path, WITH_PART)
     assert "no file 'part.yaml'" in str(watched.await_error())
     part = watched.path.parent / "part.yaml"
@@ -160,7 +160,7 @@ def test_a_file_that_is_not_there_yet_is_waited_for_and_then_watched(watched: Wa
     assert "no file 'part.yaml'" in str(watched.await_error())
 
 
-def test_a_save_between_loading_and_watching_is_not_missed(tmp_path: Path) -> None:
+def test_a_save_between_loading_and_watching_is_detected(tmp_path: Path) -> None:
     path = tmp_path / "g.yaml"
     path.write_text(GRAPH, encoding="utf-8")
     loaded = build.load(path)
@@ -169,7 +169,7 @@ def test_a_save_between_loading_and_watching_is_not_missed(tmp_path: Path) -> No
         assert session.reload().changed == ("g",)
 
 
-def test_the_watch_ends_while_it_waits_for_a_session_that_does_nothing(watched: Watched) -> None:
+def test_the_watch_can_be_closed_while_it_waits_for_an_idle_session(watched: Watched) -> None:
     in_place(watched.path, MORE)
     watched.watch.close()
     watched.watch.close()

@@ -93,7 +93,7 @@ OTHER = ("  Impulses: omni", "  Spare: ConstantDouble\n  Impulses: omni")
 """A change that none of the other nodes feels."""
 
 
-def test_counts_gates_latent_nodes_and_variables_go_on(begin: Any) -> None:
+def test_counts_gates_latent_nodes_and_variables_continue(begin: Any) -> None:
     run, other = begin(), begin()
     run.session.step(10)
     done = run.reload(OTHER)
@@ -112,7 +112,7 @@ def test_counts_gates_latent_nodes_and_variables_go_on(begin: Any) -> None:
     assert run.session.graphs[0].variables["speed"].value == 3.0
 
 
-def test_a_node_of_another_type_begins_anew(begin: Any) -> None:
+def test_a_node_of_another_type_starts_with_new_state(begin: Any) -> None:
     run = begin()
     run.session.step(5)
     done = run.reload(("Counter: omni.graph.action.Counter", "Counter: {type: Countdown}"))
@@ -148,7 +148,7 @@ RAMP = ("maxAngularAcceleration: 0.0", "maxAngularAcceleration: 1.0")
 """Inputs within their bounds that do not go together: a ramp needs `dt`."""
 
 
-def test_a_value_that_a_reload_brings_is_dropped_if_its_node_cannot_use_it(begin: Any) -> None:
+def test_a_bad_value_from_a_reload_is_dropped(begin: Any) -> None:
     run = begin(RAMPS)
     run.reload(RAMP)
     run.ask("impulse", node="Go")
@@ -186,7 +186,7 @@ def test_a_variable_keeps_its_value_until_its_default_changes(begin: Any) -> Non
     assert run.session.graphs[0].variables["speed"].value == 2.0
 
 
-def test_a_wire_that_goes_leaves_the_value_of_the_file(begin: Any) -> None:
+def test_an_unwired_input_has_the_value_of_the_file(begin: Any) -> None:
     run = begin()
     run.session.step(3)
     run.reload(("  - Tick.time -> Clock.timeStamp\n", ""))
@@ -194,7 +194,7 @@ def test_a_wire_that_goes_leaves_the_value_of_the_file(begin: Any) -> None:
     assert run.transport.messages("/clock")[-1].clock.nanosec == 0
 
 
-def test_an_endpoint_stays_open_while_its_claim_is_the_same(begin: Any) -> None:
+def test_an_endpoint_with_an_equal_claim_stays_open(begin: Any) -> None:
     run = begin()
     run.session.step()
     publisher, subscription = run.network.publishers[0], run.network.subscriptions[0]
@@ -219,7 +219,7 @@ def test_claims_and_endpoints_equal_those_of_a_new_session(begin: Any) -> None:
     assert sorted(map(str, run.session.services.claims)) == sorted(map(str, other.session.services.claims))
 
 
-def test_an_impulse_on_its_way_arrives(begin: Any) -> None:
+def test_an_impulse_before_a_change_takes_effect(begin: Any) -> None:
     run = begin()
     run.ask("impulse", node="Impulse")
     run.reload(OTHER)
@@ -227,7 +227,7 @@ def test_an_impulse_on_its_way_arrives(begin: Any) -> None:
     assert run.node("Impulses").count == 1
 
 
-def test_a_stop_after_a_change_begins_as_a_new_session_does(begin: Any) -> None:
+def test_after_a_change_stop_resets_to_the_state_of_a_new_session(begin: Any) -> None:
     run = begin()
     run.session.step(7)
     run.reload(OTHER)
@@ -241,7 +241,7 @@ def test_a_stop_after_a_change_begins_as_a_new_session_does(begin: Any) -> None:
     assert run.node("Random").random == other.node("Random").random
 
 
-def test_a_checkpoint_after_a_change_holds(begin: Any) -> None:
+def test_a_checkpoint_after_a_change_can_be_restored(begin: Any) -> None:
     run = begin()
     run.session.step(7)
     run.reload(OTHER)
@@ -253,7 +253,7 @@ def test_a_checkpoint_after_a_change_holds(begin: Any) -> None:
     assert (run.node("Random").random, run.node("Counter").count) == (number, 14)
 
 
-def test_a_node_that_cannot_be_set_up_leaves_everything_as_it_was(begin: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_a_failed_setup_the_old_graphs_continue_unchanged(begin: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     run, other = begin(), begin()
     run.session.step(5)
     claims, ends = list(run.session.services.claims), list(run.network.publishers)
@@ -282,7 +282,7 @@ def test_a_node_that_cannot_be_set_up_leaves_everything_as_it_was(begin: Any, mo
 @pytest.mark.parametrize(
     "other_type", [[], [("RandomNumeric, inputs: {max: {type: double, value: 1.0}}", "RandomGaussian")]]
 )
-def test_random_numbers_go_on_after_a_reload_that_failed(
+def test_random_numbers_continue_after_a_failed_reload(
     begin: Any, monkeypatch: pytest.MonkeyPatch, other_type: list[tuple[str, str]]
 ) -> None:
     run, other = begin(), begin()
@@ -311,7 +311,7 @@ def test_random_numbers_go_on_after_a_reload_that_failed(
     assert run.node("Random").random == other.node("Random").random
 
 
-def test_who_asks_for_a_reload_can_name_no_files() -> None:
+def test_the_command_reload_has_no_arguments() -> None:
     with pytest.raises(UsageError, match="reload: unknown key 'files'"):
         parse("reload", {"files": {"/etc/passwd": None}})
 
@@ -327,7 +327,7 @@ connections:
 """
 
 
-def test_a_script_in_a_file_of_its_own_is_read_again(tmp_path: Path, begin: Any) -> None:
+def test_a_script_in_a_separate_file_is_read_again(tmp_path: Path, begin: Any) -> None:
     (tmp_path / "own.py").write_text("def compute(db):\n    db.outputs.number = 1.0\n", encoding="utf-8")
     run = begin(SCRIPT, scripts=True)
     run.session.step()
@@ -361,7 +361,7 @@ connections:
 """
 
 
-def test_a_request_is_answered_although_its_graph_changes_meanwhile(begin: Any) -> None:
+def test_a_request_gets_a_response_although_the_graph_has_changed(begin: Any) -> None:
     run = begin(SERVICE)
     answers: list[Any] = []
     client = run.transport.client(

@@ -84,7 +84,7 @@ def test_a_parameter_has_the_type_and_the_value_of_its_input(
         ("turn", None, "4 values: x, y, z, w"),
     ],
 )
-def test_limits_are_those_of_the_port(play: MakePlay, name: str, limits: object, constraint: str) -> None:
+def test_a_parameter_has_the_limits_of_its_port(play: MakePlay, name: str, limits: object, constraint: str) -> None:
     parameter = table(play(TUNED))[f"g0.Tuned.{name}"]
     signs = {"> 0 and ≤ 1": "≤ 1 and > 0"}
     assert parameter.limits == limits
@@ -117,9 +117,7 @@ def test_a_set_value_holds_from_the_next_tick_on(play: MakePlay) -> None:
         ("g0.variables.goal", [1.0, 2.0], "expected 3 values"),
     ],
 )
-def test_a_value_that_is_not_legal_is_refused_with_the_reason(
-    play: MakePlay, name: str, value: Any, words: str
-) -> None:
+def test_an_illegal_value_is_refused_with_the_reason(play: MakePlay, name: str, value: Any, words: str) -> None:
     run = play(TUNED)
     before = table(run)[name].read()
     with pytest.raises(UsageError, match=words):
@@ -142,7 +140,7 @@ def test_a_variable_is_read_in_the_next_tick_and_returns_at_a_reset(play: MakePl
     assert table(run)["g0.variables.speed"].read() == 1.0
 
 
-def test_a_full_path_of_a_node_stands_for_this_node_alone(play: MakePlay) -> None:
+def test_a_full_path_of_a_node_matches_only_this_node(play: MakePlay) -> None:
     run = play("nodes: {Tick: Tick, Show: {type: Do, inputs: {b: 1.0}}}", "nodes: {Show: {type: Do, inputs: {b: 1.0}}}")
     put(run, "g0.Show.b", 5.0)
     assert [table(run)[f"g{number}.Show.b"].read() for number in (0, 1)] == [5.0, 1.0]
@@ -159,7 +157,7 @@ def test_the_real_time_factor_is_the_pace(play: MakePlay, factor: float) -> None
 
 
 @pytest.mark.parametrize("wrong", [-1.0, 0.001, float("nan"), float("inf"), True, "fast"])
-def test_other_factors_are_refused(play: MakePlay, wrong: Any) -> None:
+def test_illegal_real_time_factors_are_refused(play: MakePlay, wrong: Any) -> None:
     command = session_parameters(play(TUNED).session)["real_time_factor"].command
     assert command is not None
     with pytest.raises(UsageError, match=r"real_time_factor: expected"):

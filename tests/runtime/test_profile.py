@@ -39,7 +39,7 @@ def test_a_profiled_run_sends_the_same_bytes() -> None:
     assert often.recorder.digest == seldom.recorder.digest == never.recorder.digest
 
 
-def test_after_its_end_nothing_is_measured_until_it_begins_again() -> None:
+def test_after_end_nothing_is_measured_until_the_next_begin() -> None:
     profile = Profile(every=1)
     with Job("dd100_flat") as job:
         for begins in (True, False, True):

@@ -60,7 +60,7 @@ def time(monkeypatch: pytest.MonkeyPatch) -> Time:
 # Pace
 
 
-def test_ticks_are_at_equal_distances_of_wall_time_however_long_they_take(play: MakePlay, time: Time) -> None:
+def test_ticks_begin_at_equal_intervals_of_wall_time(play: MakePlay, time: Time) -> None:
     run, begun = play(SHOWS_TIME, tick_period=(1, 4)), []
 
     def take(session: SessionCore) -> bool:
@@ -73,7 +73,7 @@ def test_ticks_are_at_equal_distances_of_wall_time_however_long_they_take(play: 
     assert time.slept == pytest.approx([0.4] * 5)
 
 
-def test_a_run_that_cannot_keep_up_does_not_race_to_catch_up(play: MakePlay, time: Time) -> None:
+def test_after_a_long_delay_a_run_does_not_catch_up(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
 
     def stumble(session: SessionCore) -> bool:
@@ -86,7 +86,7 @@ def test_a_run_that_cannot_keep_up_does_not_race_to_catch_up(play: MakePlay, tim
     )  # after the stumble one tick runs at once, and the count begins there
 
 
-def test_a_little_delay_is_made_up_for() -> None:
+def test_after_a_short_delay_a_run_catches_up() -> None:
     pacer = Pacer(0.25)
     pacer.begin()
     due = pacer.early()
@@ -95,7 +95,7 @@ def test_a_little_delay_is_made_up_for() -> None:
     assert 0.9 < pacer.early() - due <= 1.0
 
 
-def test_a_change_of_pace_counts_from_then_on(play: MakePlay, time: Time) -> None:
+def test_a_change_of_pace_restarts_the_schedule(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
 
     def change(session: SessionCore) -> bool:
@@ -110,7 +110,7 @@ def test_a_change_of_pace_counts_from_then_on(play: MakePlay, time: Time) -> Non
 # Pauses
 
 
-def test_with_a_queue_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, time: Time) -> None:
+def test_with_a_queue_a_paused_run_sleeps_and_continues_at_play(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     queue = run.session.queue = ScriptedQueue(time, lambda _: None, lambda _: None, SessionCore.play)
     run.session.run(0.5, paused=True)
@@ -118,7 +118,7 @@ def test_with_a_queue_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, t
     assert run.lines() == ["Show 0.25", "Show 0.5"]
 
 
-def test_the_time_of_a_run_is_simulation_time_including_stops(play: MakePlay, time: Time) -> None:
+def test_the_length_of_a_run_is_simulation_time_across_stops(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.queue = queue = ScriptedQueue(time, SessionCore.play)
 
@@ -133,7 +133,7 @@ def test_the_time_of_a_run_is_simulation_time_including_stops(play: MakePlay, ti
     assert run.session.ticks == 4
 
 
-def test_the_count_of_the_pace_begins_anew_after_a_pause(play: MakePlay, time: Time) -> None:
+def test_a_pause_restarts_the_schedule_of_ticks(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
 
     def later(session: SessionCore) -> None:
@@ -145,7 +145,7 @@ def test_the_count_of_the_pace_begins_anew_after_a_pause(play: MakePlay, time: T
     assert queue.waits == pytest.approx([0.25, IDLE, 0.25, 0.25])
 
 
-def test_requests_between_two_ticks_do_not_bring_the_next_one_forward(play: MakePlay, time: Time) -> None:
+def test_commands_between_two_ticks_do_not_start_the_next_tick_early(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.queue = queue = ScriptedQueue(time, lambda _: None, lambda _: None)
     run.session.run(0.5, pace=1.0)
@@ -153,7 +153,7 @@ def test_requests_between_two_ticks_do_not_bring_the_next_one_forward(play: Make
     assert time.now == pytest.approx(100.25)
 
 
-def test_single_ticks_of_a_paced_run_do_not_wait_and_wait_for_their_pictures(play: MakePlay, time: Time) -> None:
+def test_single_ticks_of_a_paced_run_wait_only_for_camera_images(play: MakePlay, time: Time) -> None:
     run, realtime = play(SHOWS_TIME, tick_period=(1, 4)), []
 
     def look(session: SessionCore) -> bool:
@@ -166,7 +166,7 @@ def test_single_ticks_of_a_paced_run_do_not_wait_and_wait_for_their_pictures(pla
     assert time.now == 100.0
 
 
-def test_a_session_that_plays_does_no_single_ticks(play: MakePlay) -> None:
+def test_a_playing_session_refuses_single_ticks(play: MakePlay) -> None:
     run = play(SHOWS_TIME)
     run.session.play()
     with pytest.raises(StateError, match="pause it"):
@@ -176,7 +176,7 @@ def test_a_session_that_plays_does_no_single_ticks(play: MakePlay) -> None:
 # The end
 
 
-def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePlay, time: Time) -> None:
+def test_an_interrupted_run_ends_at_any_point_and_can_run_again(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.queue = ScriptedQueue(time, SessionCore.interrupt)
     run.session.run(paused=True)
@@ -185,7 +185,7 @@ def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePl
     assert run.session.ticks == 4
 
 
-def test_after_an_interruption_no_tick_begins(play: MakePlay, time: Time) -> None:
+def test_after_an_interrupt_no_tick_begins(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.queue = queue = ScriptedQueue(time)
     queue.ask(SessionCore.interrupt)
@@ -193,14 +193,14 @@ def test_after_an_interruption_no_tick_begins(play: MakePlay, time: Time) -> Non
     assert run.session.ticks == 0
 
 
-def test_an_interruption_that_comes_before_the_run_ends_it(play: MakePlay) -> None:
+def test_an_interrupt_before_the_run_ends_the_run(play: MakePlay) -> None:
     run = play(SHOWS_TIME)
     run.session.interrupt()
     run.session.run()
     assert run.session.ticks == 0
 
 
-def test_a_session_that_is_left_closes_its_queue(play: MakePlay, time: Time) -> None:
+def test_the_end_of_a_with_block_closes_the_queue(play: MakePlay, time: Time) -> None:
     with play(SHOWS_TIME).session as session:
         session.queue = queue = ScriptedQueue(time)
     with pytest.raises(StateError, match="the run has ended"):

@@ -15,7 +15,7 @@ def time(monkeypatch: pytest.MonkeyPatch) -> Time:
     return Time(monkeypatch)
 
 
-def test_rates_are_those_of_the_last_second(play: MakePlay, time: Time) -> None:
+def test_rates_cover_the_last_second(play: MakePlay, time: Time) -> None:
     session = play(SHOWS_TIME, tick_period=(1, 10)).session
     meter = StatusMeter(session)
     factors = []
@@ -28,7 +28,7 @@ def test_rates_are_those_of_the_last_second(play: MakePlay, time: Time) -> None:
     assert factors == [pytest.approx(pair) for pair in [(2.0, 60.0), (1.5, 45.0), (1.0, 30.0), (0.5, 15.0), (0.0, 0.0)]]
 
 
-def test_a_reading_after_a_long_time_covers_all_of_it(play: MakePlay, time: Time) -> None:
+def test_a_reading_after_a_long_time_covers_the_whole_time(play: MakePlay, time: Time) -> None:
     session = play(SHOWS_TIME, tick_period=(1, 10)).session
     meter = StatusMeter(session)
     session.run(2.0)
@@ -36,13 +36,13 @@ def test_a_reading_after_a_long_time_covers_all_of_it(play: MakePlay, time: Time
     assert meter.read().real_time_factor == pytest.approx(0.2)
 
 
-def test_two_readings_at_once_are_no_division_by_zero(play: MakePlay, time: Time) -> None:
+def test_two_readings_at_the_same_time_have_rates_of_zero(play: MakePlay, time: Time) -> None:
     meter = StatusMeter(play(SHOWS_TIME).session)
     status = meter.read()
     assert (status.real_time_factor, status.message_rate, status.tick_cpu) == (0.0, 0.0, 0.0)
 
 
-def test_a_tick_is_late_that_ends_after_the_next_one_was_due(play: MakePlay, time: Time) -> None:
+def test_a_tick_that_ends_after_the_next_one_was_due_is_late(play: MakePlay, time: Time) -> None:
     session = play(SHOWS_TIME, tick_period=(1, 4)).session
     lasts = iter([0.1, 0.3, 0.1, 10.0, 0.2, 0.1])
 
@@ -64,7 +64,7 @@ def test_a_run_without_a_pace_has_no_late_ticks(play: MakePlay, time: Time) -> N
     assert StatusMeter(session).read().late_ticks == 0
 
 
-def test_dropped_values_and_the_state_of_the_session_are_told(play: MakePlay) -> None:
+def test_the_status_has_dropped_values_and_the_state(play: MakePlay) -> None:
     session = play(SHOWS_TIME, tick_period=(1, 4)).session
     dropped = session.services.dropped = DroppedValues()
     for node, tick in (("/a", 1), ("/a", 1), ("/a", 2), ("/b", 2)):

@@ -191,7 +191,7 @@ def test_r2_a_change_of_a_variable_is_seen_in_the_next_tick(play: MakePlay) -> N
     assert changed == [False, True, True]
 
 
-def test_a_variable_that_holds_an_array_tells_whether_it_changed() -> None:
+def test_a_changed_array_in_a_variable_is_detected() -> None:
     variable = Variable(np.zeros(3))
     variable.freeze()
     assert not variable.changed
@@ -328,7 +328,7 @@ def one_play(run: Play) -> list[str]:
     return run.lines()
 
 
-def test_a_second_play_is_like_the_first(play: MakePlay) -> None:
+def test_a_second_play_equals_the_first(play: MakePlay) -> None:
     run = play(EVERYTHING)
     first = one_play(run)
     run.session.stop()
@@ -341,7 +341,7 @@ def play_everything(folder: Path) -> list[str]:
     return one_play(Play(write(folder, EVERYTHING)))
 
 
-def test_two_processes_with_the_same_files_and_seed_play_alike(tmp_path: Path) -> None:
+def test_two_processes_with_the_same_files_and_seed_give_equal_results(tmp_path: Path) -> None:
     assert in_another_process(play_everything, tmp_path) == play_everything(tmp_path)
 
 
@@ -356,7 +356,7 @@ def test_stop_puts_outputs_and_state_back_to_their_defaults(play: MakePlay) -> N
     assert run.lines()[-3:] == ["zero commands", "reset state", "reset time"]
 
 
-def test_what_a_node_puts_out_in_setup_it_puts_out_again_after_stop(play: MakePlay) -> None:
+def test_stop_restores_the_outputs_of_setup(play: MakePlay) -> None:
     run = play("""
         nodes: {Tick: Tick, Show: Show, Announce: {type: Announce, inputs: {topic: scan}}}
         connections:
@@ -370,7 +370,7 @@ def test_what_a_node_puts_out_in_setup_it_puts_out_again_after_stop(play: MakePl
     assert first == run.tick() == ["Show /scan", "Announce sends on /scan"]
 
 
-def test_monotonic_time_goes_on_over_stop_and_play(play: MakePlay) -> None:
+def test_monotonic_time_continues_after_stop_and_play(play: MakePlay) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.step(3)
     run.session.stop()
@@ -412,7 +412,7 @@ def test_run_plays_as_many_ticks_as_the_seconds_hold(play: MakePlay) -> None:
     assert run.clock.frame == 150
 
 
-def test_stop_in_the_middle_of_a_run_ends_it(play: MakePlay) -> None:
+def test_stop_ends_a_run_without_a_queue(play: MakePlay) -> None:
     run = play(SHOWS_TIME)
 
     def stop_at_3(session: object) -> bool:
@@ -424,20 +424,20 @@ def test_stop_in_the_middle_of_a_run_ends_it(play: MakePlay) -> None:
     assert (run.session.state, run.clock.frame) == ("stopped", 0)
 
 
-def test_a_listener_that_says_no_ends_a_run_without_stopping(play: MakePlay) -> None:
+def test_on_tick_can_end_a_run_without_a_stop(play: MakePlay) -> None:
     run = play(SHOWS_TIME)
     run.session.run(1.0, on_tick=lambda session: session.clock.frame < 4)
     assert (run.session.state, run.clock.frame) == ("playing", 4)
 
 
-def test_reset_begins_anew_and_goes_on_as_before(play: MakePlay) -> None:
+def test_reset_restarts_the_session_in_its_state(play: MakePlay) -> None:
     run = play(SHOWS_TIME)
     run.session.run(0.5)
     run.session.reset()
     assert (run.session.state, run.clock.frame) == ("playing", 0)
 
 
-def test_a_session_closes_its_world_and_network_when_left(play: MakePlay) -> None:
+def test_the_end_of_a_with_block_closes_world_and_network(play: MakePlay) -> None:
     with play(SHOWS_TIME).session as session:
         session.step()
     assert session.services.world.closed == 1  # type: ignore[attr-defined]

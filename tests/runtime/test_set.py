@@ -50,7 +50,7 @@ def test_an_input_has_its_new_value_from_the_next_tick_on(play: MakePlay) -> Non
 
 
 @pytest.mark.parametrize(("address", "shown"), [("One.value", "Show 15.5"), ("g0/Two.inputs:b", "Show 6.5")])
-def test_what_was_computed_of_constants_is_computed_anew(play: MakePlay, address: str, shown: str) -> None:
+def test_constant_nodes_are_computed_again(play: MakePlay, address: str, shown: str) -> None:
     run = play(SUMS)
     run.tick()
     put(run, address, 5.0)
@@ -65,7 +65,7 @@ def test_a_node_that_reads_an_input_in_setup_is_set_up_again(play: MakePlay) -> 
     assert run.tick() == ["Second opens /pose", "First opens /scans", "First sends on /scans", "Second sends on /pose"]
 
 
-def test_where_a_setup_fails_the_old_value_is_back(play: MakePlay) -> None:
+def test_after_a_failed_setup_the_input_has_its_old_value(play: MakePlay) -> None:
     run = play(TOPICS)
     run.tick()
     with pytest.raises(GraphError, match="this topic is forbidden"):
@@ -91,7 +91,7 @@ def test_a_glob_sets_all_inputs_that_it_matches(play: MakePlay) -> None:
         ("Second.topic", 1.0, "g1/Second.topic is a string: expected"),
     ],
 )
-def test_what_cannot_be_set_is_told_and_changes_nothing(play: MakePlay, address: str, value: Any, words: str) -> None:
+def test_an_illegal_set_is_reported_and_changes_nothing(play: MakePlay, address: str, value: Any, words: str) -> None:
     run = play(SUMS, TOPICS)
     with pytest.raises(UsageError) as caught:
         put(run, address, value)
@@ -99,7 +99,7 @@ def test_what_cannot_be_set_is_told_and_changes_nothing(play: MakePlay, address:
     assert run.tick()[-3] == "Show 11.5"
 
 
-def test_a_port_is_found_by_as_much_of_its_address_as_no_other_has(play: MakePlay) -> None:
+def test_an_unambiguous_end_of_an_address_finds_a_port(play: MakePlay) -> None:
     run = play(SUMS, SUMS)
     run.tick()
     graphs = run.session.graphs
@@ -112,7 +112,7 @@ def test_a_port_is_found_by_as_much_of_its_address_as_no_other_has(play: MakePla
         find_port_at(graphs, "g0/Show.execIn")
 
 
-def test_a_session_that_failed_takes_no_commands_until_its_time_is_reset(play: MakePlay) -> None:
+def test_a_failed_session_refuses_commands_until_its_time_is_reset(play: MakePlay) -> None:
     run = play("""
         nodes: {Tick: Tick, Raise: {type: Raise, inputs: {at: 2.0}}}
         connections: [Tick.tick -> Raise.execIn]

@@ -45,7 +45,7 @@ def confined(attempt: str, folder: Path) -> str:
     return done.stdout
 
 
-def test_what_may_be_read_is_read(tmp_path: Path) -> None:
+def test_allowed_files_can_be_read(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("a", encoding="utf-8")
     assert confined(f"assert open({str(tmp_path / 'a.txt')!r}).read() == 'a'", tmp_path) == "done"
     assert confined(f"assert os.listdir({str(tmp_path)!r}) == ['a.txt']", tmp_path) == "done"
@@ -69,7 +69,7 @@ def test_what_may_be_read_is_read(tmp_path: Path) -> None:
         "import http.client",
     ],
 )
-def test_everything_else_is_refused(tmp_path: Path, attempt: str) -> None:
+def test_all_other_accesses_are_refused(tmp_path: Path, attempt: str) -> None:
     (tmp_path / "a.txt").write_text("a", encoding="utf-8")
     assert confined(attempt.format(folder=tmp_path), tmp_path).startswith("AccessDeniedError: ")
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
@@ -94,9 +94,7 @@ os._exit(0)
 
 @pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
 @pytest.mark.parametrize("tier", TIERS)
-def test_of_installed_packages_the_kernel_lets_those_be_read_that_are_named_and_where_their_links_lead(
-    tier: str, tmp_path: Path
-) -> None:
+def test_the_kernel_allows_reading_named_packages_and_the_targets_of_their_links(tier: str, tmp_path: Path) -> None:
     places = ["own", "source/cart/meshes", "source/other", "share/cart", "share/other"]
     for place in places:
         (tmp_path / place).mkdir(parents=True)
@@ -112,7 +110,7 @@ def test_of_installed_packages_the_kernel_lets_those_be_read_that_are_named_and_
     assert json.loads(done.stdout) == dict(zip(names, expected, strict=True))
 
 
-def test_a_border_that_cannot_be_put_up_ends_the_process() -> None:
+def test_a_kernel_feature_that_cannot_be_enabled_ends_the_process() -> None:
     """Landlock binds one thread, so that another one would run without it."""
     starting = "threading.Thread(target=time.sleep, args=[1], daemon=True).start()"
     done = run(f"{starting}\nconfine(Files(()), TIERS['script'])")
@@ -120,7 +118,7 @@ def test_a_border_that_cannot_be_put_up_ends_the_process() -> None:
     assert "Landlock restricts only one thread, but 2 are running" in done.stderr
 
 
-def test_a_confined_process_holds_nothing_open_but_its_pipes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_confined_process_has_no_open_files_but_its_pipes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "telling.py").write_text("import os\nprint(sorted(os.listdir('/proc/self/fd')))", encoding="utf-8")
     with open("/etc/passwd") as file:
@@ -152,7 +150,7 @@ def test_a_confined_process_ends_with_its_parent() -> None:
 
 
 @pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
-def test_a_confined_process_whose_parent_ended_before_ends() -> None:
+def test_a_process_whose_parent_ended_before_the_confinement_ends_too() -> None:
     reader, writer = os.pipe()
     os.close(reader)
     command = [sys.executable, "-c", IMPORTS + ENDING.format(word=2)]
@@ -162,7 +160,7 @@ def test_a_confined_process_whose_parent_ended_before_ends() -> None:
 
 
 @pytest.mark.skipif(bool(missing()), reason="this machine lacks a border")
-def test_threads_of_a_confined_process_are_counted_also_those_of_root() -> None:
+def test_the_number_of_threads_is_limited_for_root_too() -> None:
     code = "events = ['_thread.start_new_thread', '_thread.start_joinable_thread']\n"
     code += "confinement.MAX_THREADS = 1\nconfinement.confine(Files(()), TIERS['script'], also=events)\n"
     code += "threading.Thread(target=print).start()"
@@ -174,7 +172,7 @@ def test_a_confined_process_queues_no_signals(tmp_path: Path) -> None:
     assert confined("assert resource.getrlimit(resource.RLIMIT_SIGPENDING) == (0, 0)", tmp_path) == "done"
 
 
-def test_the_environment_is_empty_and_memory_ends(tmp_path: Path) -> None:
+def test_a_confined_process_has_no_environment_variables_and_limited_memory(tmp_path: Path) -> None:
     assert confined("assert not os.environ", tmp_path) == "done"
     assert confined("'a' * 10 ** 10", tmp_path).startswith("MemoryError")
 
@@ -188,7 +186,7 @@ def test_the_environment_is_empty_and_memory_ends(tmp_path: Path) -> None:
         ("raise SystemExit(3)", "ended with exit code 3"),
     ],
 )
-def test_a_process_that_does_not_answer_says_why(
+def test_a_process_that_fails_is_an_error_with_its_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str, told: str
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
@@ -211,7 +209,9 @@ def test_a_process_that_takes_too_long_is_ended(tmp_path: Path, monkeypatch: pyt
     assert caught.value.answer == b"half\n"
 
 
-def test_a_process_sees_no_environment_and_ends_in_its_seconds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_gets_no_environment_variables_and_ends_at_its_time_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("SECRET", "1")
     code = f"{IMPORTS}bound()\n"
@@ -230,7 +230,7 @@ if not os.environ.get("_ROS_WHEELS_BOOTSTRAP_COMPLETE"):
 """What the wheels of ROS 2 from PyPI do at each start of Python, with a file that counts the starts."""
 
 
-def test_a_confined_process_starts_once_beside_the_wheels_of_ros(tmp_path: Path) -> None:
+def test_the_wheels_of_ros_do_not_restart_a_confined_process(tmp_path: Path) -> None:
     starts, venv = tmp_path / "starts", tmp_path / "venv"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(venv)], check=True)
     (site,) = venv.glob("lib/python*/site-packages")

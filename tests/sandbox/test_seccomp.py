@@ -92,7 +92,7 @@ def listed(tier: str) -> set[str]:
 
 
 @pytest.mark.parametrize("machine", HEADERS)
-def test_numbers_are_those_of_the_kernels_headers(machine: str) -> None:
+def test_call_numbers_equal_those_in_the_kernel_headers(machine: str) -> None:
     known = header(machine)
     known.setdefault("newfstatat", known.get("fstatat", -1))
     names = set().union(*numbers(machine))
@@ -102,7 +102,7 @@ def test_numbers_are_those_of_the_kernels_headers(machine: str) -> None:
 
 @needs_seccomp
 @pytest.mark.parametrize("tier", TIERS)
-def test_of_all_system_calls_each_tier_allows_those_that_the_manual_lists(tier: str) -> None:
+def test_each_tier_allows_exactly_the_system_calls_that_the_manual_lists(tier: str) -> None:
     """With arguments that fit the calls that are allowed with some only; nothing is executed."""
     names = {number: name for name, number in by_name().items()}
     fitting: dict[str, Arguments] = {"clone": (0x3D0F00,), "fcntl": (0, 1), "ioctl": (0, 0x5401), "tgkill": ("own",)}
@@ -146,7 +146,7 @@ DANGEROUS: list[tuple[str, Arguments, int]] = [
 
 
 @needs_seccomp
-def test_calls_with_dangerous_arguments_are_refused() -> None:
+def test_system_calls_with_dangerous_arguments_are_refused() -> None:
     known = by_name()
     answers = ask("script", [(known[name], *given) for name, given, _ in DANGEROUS])
     assert list(zip(DANGEROUS, answers, strict=True)) == [(case, case[2]) for case in DANGEROUS]
@@ -154,7 +154,7 @@ def test_calls_with_dangerous_arguments_are_refused() -> None:
 
 @pytest.mark.parametrize("machine", ["x86_64", "aarch64"])
 @pytest.mark.parametrize("tier", TIERS)
-def test_filters_of_both_machines_decide_the_same(machine: str, tier: str) -> None:
+def test_the_filters_of_both_architectures_make_equal_decisions(machine: str, tier: str) -> None:
     """By an interpreter of the five instructions, for the machine that this is not."""
     names = {number: name for part in numbers(machine) for name, number in part.items()}
     program = compose(machine, TIERS[tier], 4242)
@@ -206,7 +206,7 @@ def test_calls_of_another_architecture_end_the_process() -> None:
     assert confined == -signal.SIGSYS
 
 
-def test_a_confined_process_of_root_keeps_the_capability_to_read_alone() -> None:
+def test_a_confined_process_keeps_at_most_the_capability_to_read_files() -> None:
     code = "from graphengine.sandbox.system_calls import renounce_privileges\nrenounce_privileges()\n"
     code += "print(*(line.split()[1] for line in open('/proc/self/status') if line.startswith(('CapEff', 'CapPrm', 'NoNew'))))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

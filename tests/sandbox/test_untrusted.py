@@ -26,7 +26,7 @@ def test_a_whole_number_of_more_than_64_bits_becomes_a_float(number: int, kind: 
     assert (type(value), value) == (kind, kind(number))
 
 
-def test_the_lines_of_all_files_together_are_quoted_up_to_a_number_of_bytes(
+def test_source_lines_of_all_files_are_quoted_up_to_a_total_size(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(untrusted, "MAX_SOURCES", 10)

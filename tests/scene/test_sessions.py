@@ -129,7 +129,7 @@ def test_a_robot_file_places_a_graph_below_each_of_its_robots(tmp_path: Path) ->
     assert paths == ["/bot_0000/base_link/own", "/bot_0001/base_link/own"]
 
 
-def test_no_node_is_reachable_from_a_scene(flat: LoadedScene) -> None:
+def test_a_scene_holds_no_references_to_nodes(flat: LoadedScene) -> None:
     seen: set[int] = set()
     waiting: list[Any] = [flat.graphs, flat.planned, flat.claims]
     while waiting:

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from graphengine.api.expectations.bag_file import BagFile
-from graphengine.api.expectations.conditions import Reading, Readings
 from graphengine.api.expectations.expectations import Expectation, ExpectationCheck
+from graphengine.api.expectations.judging import Judging
 from graphengine.api.expectations.operators import TIME_ERROR
+from graphengine.api.expectations.reading_types import Reading, Readings
 from graphengine.api.expectations.readings import WORLD, topic_readings
 from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.messages import messages
@@ -81,7 +82,7 @@ class Bag:
         self._file = BagFile(path)
         self.tick, self.time = 0, 0.0
         self._topics: dict[str, _Topic] = {}
-        self._watched: list[tuple[ExpectationCheck, set[str | float]]] = []
+        self._watched: list[tuple[Judging, set[str | float]]] = []
         self._read: set[str | float] = set()
         """Topics and intervals (s) that trigger the evaluation of the expectation that is being added."""
         self._begin = 0 if self._file.is_run else self._file.begin
@@ -110,7 +111,7 @@ class Bag:
         """
         self._read = set()
         check = ExpectationCheck(expectation, self, self._readings())
-        self._watched.append((check, self._read))
+        self._watched.append((Judging(self, check), self._read))
         return check
 
     def play(self, length: float = math.inf) -> None:
@@ -135,14 +136,15 @@ class Bag:
         if self._clock is None:
             self.time = max(self.time, min(length, self._length))
         self._judge(None)
-        for check, _ in self._watched:
-            check.end()
+        for judging, _ in self._watched:
+            for check in judging.checks:
+                check.end()
 
     def _judge(self, arrived: set[Any] | None) -> None:
         self.tick += 1
-        for check, read in self._watched:
+        for judging, read in self._watched:
             if arrived is None or not read or read & arrived:
-                check.after_tick(self.tick - self._origin)
+                judging.after_tick(self.tick - self._origin)
 
     def _events(self) -> Iterator[tuple[int, Any, bytes | None]]:
         """Yield (log time in ns, topic, data) for each message and (time in ns, duration in s, None) at each interval's end."""
@@ -190,19 +192,23 @@ class _Topic:
     """The messages of a topic up to the current time."""
 
     def __init__(self, message_type: str, definitions: Definitions) -> None:
-        self._decode = partial(messages.decode, message_type=message_type, definitions=definitions)
-        self._data, self.received = b"", 0
+        self.type, self.definitions = message_type, definitions
+        self.latest_data: bytes | None = None
+        self.received = 0
+
+    def _decode(self, data: bytes) -> Any:
+        return messages.decode(data, self.type, self.definitions)
 
     def deliver(self, data: bytes) -> None:
-        self._data, self.received = data, self.received + 1
+        self.latest_data, self.received = data or None, self.received + 1
 
     @property
     def latest(self) -> Any:
-        return self._decode(self._data) if self._data else None
+        return self._decode(self.latest_data) if self.latest_data is not None else None
 
-    def newest(self, count: int) -> list[Any]:
+    def newest_data(self, count: int) -> list[bytes]:
         """Return the newest message; an empty list if `count` is 0 or no message has arrived."""
-        return [self.latest] if count > 0 and self._data else []
+        return [self.latest_data] if count > 0 and self.latest_data is not None else []
 
     def nanoseconds(self, data: bytes) -> int:
         """Return the time (ns) in a message of `/clock`."""

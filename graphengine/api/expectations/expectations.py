@@ -17,12 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Condition, Readings, ReadingState
+from graphengine.api.after_tick import AfterTick
+from graphengine.api.checks import Check, Outcome
+from graphengine.api.expectations.conditions import Condition
+from graphengine.api.expectations.judging import Judging
 from graphengine.api.expectations.operators import Always, Count, Holds, Operator, Until, Verdict, Within
-from graphengine.api.expectations.readings import Source, readings_of
-from graphengine.api.expecting import Check, Outcome
+from graphengine.api.expectations.reading_types import Readings, ReadingState
+from graphengine.api.expectations.readings import SessionSource, Source, readings_of
 from graphengine.api.session import Session
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.stateful import Stateful
 
 _READ = 200
 """Maximum number of characters of a value in a report."""
@@ -54,7 +58,7 @@ class Expectation:
         Raises:
             UsageError: a condition is not legal, or names something that the session does not have.
         """
-        return ExpectationCheck(self, session, readings_of(session))
+        return ExpectationCheck(self, SessionSource(session), readings_of(session))
 
 
 def always(condition: str) -> Expectation:
@@ -142,25 +146,27 @@ def _duration(seconds: float) -> float:
     return seconds
 
 
-class ExpectationCheck(Check):
+class ExpectationCheck(Check, Stateful):
     """The judgement of one expectation in one session or bag.
 
     A reset of the time restarts the judgement. Checkpoints contain its state.
 
     Attributes:
         expectation: the statement that is judged.
+        conditions: the conditions of the expectation.
+        operator: judges the samples of the conditions.
+        error: why the expectation cannot be judged; empty if there is no error.
+        trace: time (s) and margin of each sample, if the caller sets a list before the run; otherwise None.
     """
 
-    kept = ("_operator", "_frame", "_error", "_values")
+    kept = ("operator", "error", "_values")
 
     def __init__(self, expectation: Expectation, source: Source, readings: Readings) -> None:
         self.expectation = expectation
-        self._source = source
-        self._time = readings["time"]().read
-        self._conditions = [Condition(text, readings) for text in expectation.conditions]
-        self._frame = source.tick
+        self.source = source
+        self.conditions = [Condition(text, readings) for text in expectation.conditions]
+        self.inverted = expectation.inverted
         self.trace: list[tuple[float, float]] | None = None
-        """Time (s) and margin of each sample, if the caller sets a list before the run; otherwise None."""
         self._begin()
 
     def save(self) -> Any:
@@ -175,71 +181,73 @@ class ExpectationCheck(Check):
             state.restore(kept)
 
     def _states(self) -> list[ReadingState]:
-        return [state for condition in self._conditions for state in condition.states]
+        return [state for condition in self.conditions for state in condition.states]
 
     def _begin(self) -> None:
-        self._operator = self.expectation.make()
-        self._operator.begin = self._time()
-        self._error = ""
+        self.operator = self.expectation.make()
+        self.operator.begin = self.source.time
+        self.error = ""
         self._values: dict[str, str] = {}
         """Values of the readings in the tick that decided the outcome, as text."""
+
+    def restart(self) -> None:
+        """Restart the judgement at the current time."""
+        self._begin()
+        for state in self._states():
+            state.reset()
 
     @property
     def outcome(self) -> Outcome:
         """The outcome so far."""
-        return "error" if self._error else self._operator.outcome
+        return "error" if self.error else self.operator.outcome
 
     @property
     def verdict(self) -> Verdict:
         """The verdict so far, with its robustness."""
-        return self._operator.verdict
+        return self.operator.verdict
 
-    def after_tick(self, frame: int) -> None:
-        """Judge the state after a tick; `frame` is the number of ticks since the start or since the last reset of the time."""
-        if frame <= self._frame:  # time was reset
-            self._begin()
-            for state in self._states():
-                state.reset()
-        self._frame = frame
-        if self._error:
-            return
-        try:
-            samples: list[Any] = [condition.sample() for condition in self._conditions]
-        except GraphError as error:
-            self._error = str(error)
-            return
-        if None in samples:
-            return
-        if self.expectation.inverted:
-            samples = [sample.inverted() for sample in samples]
-        operator, time = self._operator, self._time()
-        was_open = operator.outcome == "open"
-        operator.add(time, *samples)
-        if self.trace is not None:
-            self.trace.append((time, min(sample.margin for sample in samples)))
-        if was_open and operator.outcome != "open":
-            self._note_values()
+    def begin(self, actions: dict[object, AfterTick]) -> None:
+        """Let the session judge the expectation after each tick, together with those that began before it in the same tick."""
+        newest = next(reversed(actions.values()), None)
+        if not isinstance(newest, Judging) or not newest.is_new:
+            newest = Judging(self.source)
+            actions[newest] = newest
+        newest.change(*newest.checks, self)
+
+    def stop(self, actions: dict[object, AfterTick]) -> None:
+        """Stop the judgement. Safe to call twice."""
+        for action in tuple(actions.values()):
+            if isinstance(action, Judging) and self in action.checks:
+                action.change(*(check for check in action.checks if check is not self))
 
     def end(self) -> None:
         """Decide the outcome at the end of the run."""
         if self.outcome == "open":
-            if math.isnan(self._operator.verdict.robustness):
-                self._error = "never had a value; the run was too short, or a topic had no messages"
+            if math.isnan(self.verdict.robustness):
+                self.error = "never had a value; the run was too short, or a topic had no messages"
                 return
-            self._operator.end()
-            self._note_values()
+            self.operator.end()
+            self.note_values()
 
-    def _note_values(self) -> None:
-        self._source.mark(f"{self.outcome}: {self.expectation.text}")
-        self._values = {
-            text: _shown(value)[:_READ] for condition in self._conditions for text, value in condition.values().items()
-        }
+    def find_error(self) -> None:
+        """Set `error` if a condition cannot be sampled now."""
+        try:
+            for condition in self.conditions:
+                condition.sample()
+        except GraphError as error:
+            self.error = str(error)
+
+    def note_values(self) -> None:
+        """Keep the values of the readings for the report, and mark the decision in the recording."""
+        self.source.mark(f"{self.outcome}: {self.expectation.text}")
+        values = [pair for condition in self.conditions for pair in condition.values().items()]
+        self._values = {text: _shown(value)[:_READ] for text, value in values}
 
     def report(self) -> str:
         """Return the outcome, the statement, the time of the decision, the robustness, and the values of the readings."""
         verdict, text = self.verdict, self.expectation.text
-        if self._error:
-            return f"error: {text}\n  {self._error}"
+        if self.error:
+            return f"error: {text}\n  {self.error}"
         if verdict.decided is None:
             return f"open: {text}"
         lines = [f"{verdict.outcome}: {text}", f"  decided at {verdict.decided:.3f} s"]

@@ -13,9 +13,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from graphengine.api.expectations.conditions import Condition, Expression, Readings
+from graphengine.api.after_tick import AfterTick
+from graphengine.api.expectations.conditions import Condition, Expression
+from graphengine.api.expectations.reading_types import Readings
 from graphengine.api.expectations.readings import readings_of
-from graphengine.api.runner import AfterTick
 from graphengine.api.session import Session
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing

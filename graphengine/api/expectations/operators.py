@@ -30,10 +30,6 @@ class Sample(NamedTuple):
     holds: bool
     margin: float
 
-    def inverted(self) -> Sample:
-        """Return the sample of the opposite condition."""
-        return Sample(not self.holds, -self.margin)
-
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
@@ -58,15 +54,15 @@ class Operator(ABC):
     Samples after the decision still change the robustness, which therefore covers the whole run.
 
     Attributes:
-        begin: time from which durations are measured, s; None means the time of the first sample.
+        begin: time from which durations are measured, s.
         outcome: `open` until the samples decide it.
     """
 
     def __init__(self) -> None:
-        self.begin: float | None = None
+        self.begin = 0.0
+        self.outcome: Outcome = "open"
         self._now = 0.0
         self._decided: float | None = None
-        self.outcome: Outcome = "open"
         self._robustness = self._time = math.nan
 
     @property
@@ -74,41 +70,31 @@ class Operator(ABC):
         """The verdict on the samples so far."""
         return Verdict(self.outcome, self._decided, self._robustness, self._time)
 
-    def add(self, time: float, *samples: Sample) -> None:
-        """Judge one sample of each condition of the operator.
-
-        Args:
-            time: time of the samples, s.
-            samples: the samples; `Until` has two conditions, the other operators have one.
-        """
-        if self.begin is None:
-            self.begin = time
-        self._now = time
-        self._judge(time - self.begin, *samples)
+    @abstractmethod
+    def add(self, time: float, holds: bool, margin: float, /) -> bool:
+        """Judge a sample, and return whether it decides the outcome; `time` is the time of the sample, s."""
 
     def end(self) -> None:
         """Decide an open verdict after the last sample."""
         self._decide(self._is_met())
 
     @abstractmethod
-    def _judge(self, elapsed: float, *samples: Sample) -> None:
-        """Update the verdict; `elapsed` is the time since the beginning, s."""
-
-    @abstractmethod
     def _is_met(self) -> bool:
         """Return whether an undecided expectation is met by a run that ends now."""
 
-    def _decide(self, met: bool) -> None:
-        if self.outcome == "open":
-            self.outcome, self._decided = "passed" if met else "failed", self._now
+    def _decide(self, met: bool) -> bool:
+        if self.outcome != "open":
+            return False
+        self.outcome, self._decided = "passed" if met else "failed", self._now
+        return True
 
     def _lower(self, robustness: float) -> None:
         if not self._robustness <= robustness:
-            self._robustness, self._time = robustness, self._now
+            self._robustness, self._time = float(robustness), self._now
 
     def _raise(self, robustness: float) -> None:
         if not self._robustness >= robustness:
-            self._robustness, self._time = robustness, self._now
+            self._robustness, self._time = float(robustness), self._now
 
 
 class Always(Operator):
@@ -127,14 +113,17 @@ class Always(Operator):
         self._counts = False
         self._held = True
 
-    def _judge(self, elapsed: float, *samples: Sample) -> None:
-        ((self._held, margin),) = samples
+    def add(self, time: float, holds: bool, margin: float) -> bool:
+        """Judge a sample."""
+        self._now = time
         if not self._counts:
             self._robustness = math.nan  # discards the samples that do not count
-            self._counts = elapsed >= self._after - TIME_ERROR
+            self._counts = time - self.begin >= self._after - TIME_ERROR
+        elif holds and margin >= self._robustness:
+            return False
+        self._held = holds
         self._lower(margin)
-        if self._counts and not self._held:
-            self._decide(False)
+        return self._counts and not holds and self._decide(False)
 
     def _is_met(self) -> bool:
         return self._held
@@ -153,14 +142,13 @@ class Within(Operator):
         super().__init__()
         self._seconds = seconds
 
-    def _judge(self, elapsed: float, *samples: Sample) -> None:
-        ((held, margin),) = samples
-        if elapsed > self._seconds + TIME_ERROR:
-            self._decide(False)
-            return
+    def add(self, time: float, holds: bool, margin: float) -> bool:
+        """Judge a sample."""
+        self._now = time
+        if time - self.begin > self._seconds + TIME_ERROR:
+            return self._decide(False)
         self._raise(margin)
-        if held:
-            self._decide(True)
+        return holds and self._decide(True)
 
     def _is_met(self) -> bool:
         return False
@@ -176,14 +164,13 @@ class Until(Operator):
         super().__init__()
         self._before = math.inf
 
-    def _judge(self, elapsed: float, *samples: Sample) -> None:
-        first, second = samples
-        self._raise(min(second.margin, self._before))
-        self._before = min(self._before, first.margin)
-        if second.holds:
-            self._decide(True)
-        elif not first.holds:
-            self._decide(False)
+    def add(self, time: float, holds: bool, margin: float, reached: bool = False, second: float = -math.inf) -> bool:
+        """Judge a sample of each condition; `reached` and `second` are the value and the margin of the second condition."""
+        self._now = time
+        self._raise(min(second, self._before))
+        if margin < self._before:
+            self._before = float(margin)
+        return (reached or not holds) and self._decide(reached)
 
     def _is_met(self) -> bool:
         return False
@@ -203,13 +190,13 @@ class Holds(Operator):
         self._seconds = seconds
         self._since: float | None = None
 
-    def _judge(self, elapsed: float, *samples: Sample) -> None:
-        ((held, _),) = samples
-        self._since = (elapsed if self._since is None else self._since) if held else None
+    def add(self, time: float, holds: bool, margin: float) -> bool:
+        """Judge a sample."""
+        self._now, elapsed = time, time - self.begin
+        self._since = (elapsed if self._since is None else self._since) if holds else None
         length = 0.0 if self._since is None else elapsed - self._since
         self._raise(length - self._seconds)
-        if held and length >= self._seconds - TIME_ERROR:
-            self._decide(True)
+        return holds and length >= self._seconds - TIME_ERROR and self._decide(True)
 
     def _is_met(self) -> bool:
         return False
@@ -230,16 +217,16 @@ class Count(Operator):
         self._limits = at_least, at_most
         self._number, self._held = 0, False
 
-    def _judge(self, elapsed: float, *samples: Sample) -> None:
-        ((held, _),) = samples
-        self._number += held and not self._held
-        self._held = held
+    def add(self, time: float, holds: bool, margin: float) -> bool:
+        """Judge a sample."""
+        if holds and not self._held:
+            self._number += 1
+        self._now, self._held = time, holds
         low, high = self._limits
-        self._robustness, self._time = min(self._number - low, high - self._number), self._now
+        self._robustness, self._time = min(self._number - low, high - self._number), time
         if self._number > high:
-            self._decide(False)
-        elif self._number >= low and math.isinf(high):
-            self._decide(True)
+            return self._decide(False)
+        return self._number >= low and high == math.inf and self._decide(True)
 
     def _is_met(self) -> bool:
         low, high = self._limits

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import lru_cache
-from typing import Any, ClassVar, Protocol
-from weakref import WeakKeyDictionary
+from functools import lru_cache, partial
+from operator import itemgetter, methodcaller
+from typing import Any, Protocol
 
 import numpy as np
 
-from graphengine.api.expectations.conditions import Kind, NoValueError, Reading, Readings, ReadingState
 from graphengine.api.expectations.operators import TIME_ERROR
+from graphengine.api.expectations.reading_types import Kind, Reading, Readings, ReadingState, Shared
 from graphengine.api.session import Session
+from graphengine.devices.backend import World
+from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import Prim
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
+from graphengine.messages.field_reader import number_reader
 
 Place = str | Sequence[float]
 """Name of a robot or object, a prim path, or a point in the world frame, m; two numbers are a point in the horizontal plane."""
-_kept: WeakKeyDictionary[Session, dict[str, Reading]] = WeakKeyDictionary()
-"""Readings that the conditions of a session share, by function and arguments."""
-_POSE: dict[str, Kind] = {"position": "vector", "orientation": "vector"}
-_VELOCITY: dict[str, Kind] = {"linear": "vector", "angular": "vector"}
 KEPT = 100
 """Maximum number of messages per tick whose ages are compared."""
 FAR = 2.0
@@ -49,7 +47,7 @@ class Source(Protocol):
         """Number of the current tick, or of the current group of messages of a bag."""
 
     def subscribe(self, topic: str, *, keep: int) -> Any:
-        """Subscribe to a topic; in the result, `latest` is the newest message and `received` the number of messages."""
+        """Subscribe to a topic; the result has the attributes of `Subscription`."""
 
     def mark(self, text: str) -> None:
         """Add a mark to the recording of the session."""
@@ -78,46 +76,57 @@ def readings_of(session: Session) -> Readings:
     session does not have.
     """
     runner = session._runner
-    kept = _kept.setdefault(session, {})
 
-    def once(make: Callable[..., Reading]) -> Callable[..., Reading]:
-        """Return a function whose readings all conditions of the session share; each is read once per tick."""
-
-        def found(*arguments: Any, **named: Any) -> Reading:
-            key = f"{make.__name__}{arguments}{sorted(named.items())}"
-            if key not in kept:
-                reading = make(*arguments, **named)
-                read = lru_cache(maxsize=1)(lambda tick: reading.read())
-                kept[key] = replace(reading, read=lambda: read(runner.session.ticks))  # a reset does not change `ticks`
-            return kept[key]
-
-        return found
+    def world() -> World:
+        return runner.session.services.world
 
     def port(address: str) -> Reading:
         value = session.value(address)
         kind: Kind = "number" if isinstance(value, bool | int | float) else "vector" if _is_vector(value) else "other"
-        return Reading(lambda: session.value(address), kind)
+        return Reading(partial(session._port_value, address), kind)
 
-    @once
+    def tracked(read: str, body: str, handle_of: Callable[[World], Callable[[Prim], Any]]) -> Shared:
+        """Return the result of a method of the handle of a body; the handle is found again after it was released."""
+        find, call = session.body(body).find, methodcaller(read)
+        handle = handle_of(world())(find())
+
+        def value() -> Any:
+            nonlocal handle
+            if handle.released:
+                handle = handle_of(world())(find())
+            return call(handle)
+
+        return f"{read} of {body}", value
+
+    def frame(place: Place) -> Shared:
+        """Return the pose of a body, or the position of a point."""
+        if isinstance(place, str):
+            return tracked("pose", place, lambda world: world.frame)
+        numbers = [float(part) for part in place]
+        if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+            raise UsageError(f"a point has two or three finite numbers, got {place!r}")
+        return f"point {numbers}", lambda: (numbers,)
+
+    def record(value: Callable[[], Any], of: Shared, *names: str) -> Reading:
+        """Return the reading of a record, whose fields are the vectors in the shared value."""
+        fields = {name: Reading(itemgetter(index), "vector", of=(of,)) for index, name in enumerate(names)}
+        return Reading(value, "other", fields.get)
+
     def pose(body: str) -> Reading:
         found = session.body(body)
-        return Reading(lambda: found.pose, "record", _POSE)
+        return record(lambda: found.pose, frame(body), "position", "orientation")
 
-    @once
     def velocity(body: str) -> Reading:
         found = session.body(body)
-        return Reading(lambda: found.velocity, "record", _VELOCITY)
+        return record(lambda: found.velocity, tracked("velocity", body, lambda world: world.body), "linear", "angular")
 
     def tilt(body: str) -> Reading:
-        read = pose(body).read
-        return Reading(lambda: _tilt(read().orientation))
+        return Reading(_tilt, of=(frame(body),))
 
     def distance(one: Place, other: Place) -> Reading:
-        plane = any(not isinstance(place, str) and len(place) == 2 for place in (one, other))
-        ends = [_end(place, pose) for place in (one, other)]
-        return Reading(lambda: math.dist(*(end()[: 2 if plane else 3] for end in ends)))
+        size = 2 if any(not isinstance(place, str) and len(place) == 2 for place in (one, other)) else 3
+        return Reading(lambda a, b: math.dist(a[0][:size], b[0][:size]), of=(frame(one), frame(other)))
 
-    @once
     def clearance(body: str, other: str = "*") -> Reading:
         found = session.body(body)
         found.clearance()  # raises UsageError for a body without shapes
@@ -133,15 +142,17 @@ def readings_of(session: Session) -> Readings:
         logged, counted = runner.problems.logged, SEVERITIES[SEVERITIES.index(level) :]
         return Reading(lambda: sum(logged[severity] for severity in counted))
 
-    @once
     def contact(body: str, other: str = "*", but: str = "") -> Reading:
-        found = session.body(body)
-        found.touched  # noqa: B018  (starts the observation of physics steps)
-        return Reading(lambda: any(_matches(name, other) and not _matches(name, but) for name in found.touched))
+        session.body(body).touched  # noqa: B018  (starts the observation of physics steps)
+
+        @lru_cache(maxsize=64)
+        def matched(names: tuple[str, ...]) -> bool:
+            return any(_matches(name, other) and not _matches(name, but) for name in names)
+
+        return Reading(matched, of=((f"contacts of {body}", lambda: world().entities.touched(body)),))
 
     return {
-        **topic_readings(session),
-        "time": lambda: Reading(lambda: runner.session.time),
+        **topic_readings(SessionSource(session)),
         "port": port,
         "pose": pose,
         "velocity": velocity,
@@ -153,6 +164,23 @@ def readings_of(session: Session) -> Readings:
     }
 
 
+class SessionSource:
+    """A session as a source of readings; its properties take less time than those of `Session`, which check the thread."""
+
+    def __init__(self, session: Session) -> None:
+        self._runner, self.subscribe, self.mark = session._runner, session.subscribe, session.mark
+
+    @property
+    def time(self) -> float:
+        """Simulation time, s."""
+        return self._runner.session.clock.time
+
+    @property
+    def tick(self) -> int:
+        """Number of ticks since the last reset of the time."""
+        return self._runner.session.clock.frame
+
+
 def topic_readings(source: Source, epoch: int = 0) -> Readings:
     """Return the functions that `readings_of` describes and that need only topics: `time`, `message`, `age` and `rate`.
 
@@ -160,20 +188,17 @@ def topic_readings(source: Source, epoch: int = 0) -> Readings:
         source: a session or a bag.
         epoch: ROS time at the time 0 of the source, ns.
     """
-
-    def message(topic: str) -> Reading:
-        return Reading(_newest(source.subscribe(topic, keep=1)), "other")
-
+    time = "time", lambda: source.time
     return {
-        "time": lambda: Reading(lambda: source.time),
-        "message": message,
+        "time": lambda: Reading(float, of=(time,)),
+        "message": lambda topic: _newest(source.subscribe(topic, keep=1)),
         "age": lambda topic: _reading(_Age(source, topic, epoch)),
-        "rate": lambda topic, over=1.0: _reading(_Rate(source, topic, over)),
+        "rate": lambda topic, over=1.0: _reading(_Rate(source, topic, over), time),
     }
 
 
-def _reading(arrivals: _Arrivals) -> Reading:
-    return Reading(arrivals, state=arrivals)
+def _reading(state: _Age | _Rate, *of: Shared) -> Reading:
+    return Reading(state, state=state, arrives=True, of=of)
 
 
 def _is_vector(value: Any) -> bool:
@@ -182,37 +207,27 @@ def _is_vector(value: Any) -> bool:
     return isinstance(value, tuple) and bool(value) and all(isinstance(part, bool | int | float) for part in value)
 
 
-def _newest(arrivals: Any) -> Callable[[], Any]:
-    """Return a function that reads the newest message, and decodes each message only once."""
+def _newest(arrivals: Any) -> Reading:
+    """Return the reading of the newest message; its numbers are read without decoding the message, where this is possible."""
     decoded = lru_cache(maxsize=1)(lambda received: arrivals.latest)
 
-    def read() -> Any:
-        message = decoded(arrivals.received)
-        if message is None:
-            raise NoValueError
-        return message
+    def field(path: str) -> Reading | None:
+        number = number_reader(arrivals.type, path, arrivals.definitions)
+        if number is None:
+            return None
 
-    return read
+        def read() -> float | None:
+            data = arrivals.latest_data
+            return None if data is None else number(data)
+
+        return Reading(read, arrives=True)
+
+    return Reading(lambda: decoded(arrivals.received), "other", field, arrives=True)
 
 
-def _tilt(orientation: Sequence[float]) -> float:
-    x, y, _, _ = orientation
-    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-
-
-def _end(place: Place, pose: Callable[[str], Reading]) -> Callable[[], Sequence[float]]:
-    """Return the function that reads the position of a body, m; that of a point is constant.
-
-    Raises:
-        UsageError: the point does not have two or three finite numbers.
-    """
-    if isinstance(place, str):
-        read = pose(place).read
-        return lambda: read().position
-    numbers = [float(part) for part in place]
-    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        raise UsageError(f"a point has two or three finite numbers, got {place!r}")
-    return lambda: numbers
+def _tilt(pose: Pose) -> float:
+    _, (x, y, _, _) = pose
+    return math.acos(max(-1.0, 1.0 - 2.0 * (x * x + y * y)))
 
 
 @lru_cache(maxsize=1000)
@@ -220,75 +235,77 @@ def _matches(name: str, pattern: str) -> bool:
     return fnmatchcase(f"/World/{name}" if pattern.startswith("/") else name, pattern)
 
 
-class _Arrivals(ReadingState):
-    """A number that is computed once per tick from the messages that arrive on a topic."""
+class _Age(ReadingState):
+    """The largest age of the messages that arrive in a tick, s; None in ticks without messages."""
 
-    kept: ClassVar[tuple[str, ...]] = ("_tick", "_value")
+    kept = ("_tick", "_value")
 
-    def __init__(self, source: Source, topic: str) -> None:
+    def __init__(self, source: Source, topic: str, epoch: int) -> None:
         self._source = source
         self._arrivals = source.subscribe(topic, keep=KEPT)
+        self._topic, self._epoch = topic, divmod(epoch, 10**9)
+        self._seconds, self._nanoseconds = (
+            number_reader(self._arrivals.type, f"header.stamp.{name}", self._arrivals.definitions)
+            for name in ("sec", "nanosec")
+        )
         self._last = 0
         """Number of messages that had arrived at the last reading."""
-        self._tick = -1
-        self._value: float | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Restart at the current time."""
-        self._tick, self._value = -1, None
+        self._tick = -1
+        self._value: float | None = None
 
-    def __call__(self) -> float:
-        if self._source.tick != self._tick:
+    def __call__(self) -> float | None:
+        if (tick := self._source.tick) != self._tick:
             new, self._last = self._arrivals.received - self._last, self._arrivals.received
-            self._tick, self._value = self._source.tick, self._read(new)
-        if self._value is None:
-            raise NoValueError
+            self._tick, self._value = tick, max(map(self._age, self._arrivals.newest_data(new)), default=None)
         return self._value
 
-    @abstractmethod
-    def _read(self, new: int) -> float | None:
-        """Return the value in this tick, in which `new` messages have arrived; None in ticks without a value."""
-
-
-class _Age(_Arrivals):
-    """The largest age of the messages that arrive in a tick, s."""
-
-    def __init__(self, source: Source, topic: str, epoch: int) -> None:
-        super().__init__(source, topic)
-        self._topic, self._epoch = topic, divmod(epoch, 10**9)
-
-    def _read(self, new: int) -> float | None:
-        return max((self._age(message) for message in self._arrivals.newest(new)), default=None)
-
-    def _age(self, message: Any) -> float:
-        if not hasattr(message, "header"):
+    def _age(self, data: bytes) -> float:
+        if self._seconds is None or self._nanoseconds is None:
             raise UsageError(f"age: the messages of {self._topic} have no header with a stamp")
-        stamp, (seconds, nanoseconds) = message.header.stamp, self._epoch
-        return float(self._source.time + (seconds - stamp.sec) + 1e-9 * (nanoseconds - stamp.nanosec))
+        seconds, nanoseconds = self._epoch
+        return self._source.time + (seconds - self._seconds(data)) + 1e-9 * (nanoseconds - self._nanoseconds(data))
 
 
-class _Rate(_Arrivals):
-    """The mean rate of messages in successive intervals of equal duration, Hz; each interval includes its end."""
+class _Rate(ReadingState):
+    """The mean rate of messages in successive intervals of equal duration, Hz; each interval includes its end.
 
-    kept = (*_Arrivals.kept, "_begin", "_count")
+    The value is None before the end of the first interval and between two ends.
+    """
+
+    kept = ("_begin", "_count", "_value")
 
     def __init__(self, source: Source, topic: str, over: float) -> None:
         if not 0.0 < over < math.inf:
             raise UsageError(f"rate: expected an interval of more than 0 s, got {over!r}")
-        super().__init__(source, topic)
-        self._over, self._begin, self._count = over, source.time, 0
+        self._source, self._over = source, over
+        self._arrivals = source.subscribe(topic, keep=1)
+        self.reset()
 
     def reset(self) -> None:
         """Restart at the current time."""
-        super().reset()
         self._begin, self._count = self._source.time, 0
+        self._value: float | None = None
 
-    def _read(self, new: int) -> float | None:
-        elapsed = self._source.time - self._begin
+    @property
+    def _count(self) -> int:
+        """Number of messages that have arrived in the present interval."""
+        return int(self._arrivals.received) - self._before
+
+    @_count.setter
+    def _count(self, count: int) -> None:
+        self._before = int(self._arrivals.received) - count
+
+    def __call__(self, time: float) -> float | None:
+        elapsed = time - self._begin
         if elapsed <= 0.0:
-            return None
-        self._count += new
+            if self._value is None:
+                self._count = 0  # an interval does not include its beginning
+            return self._value
         if elapsed < self._over - TIME_ERROR:
             return None
-        rate, self._count, self._begin = self._count / elapsed, 0, self._source.time
-        return rate
+        self._begin, self._value, self._count = time, self._count / elapsed, 0
+        return self._value

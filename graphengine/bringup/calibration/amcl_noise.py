@@ -7,18 +7,17 @@ from dataclasses import astuple
 from graphengine.bringup.calibration.figures import Alphas, Calibration
 
 LEAST = (0.01, 0.01, 0.01, 0.01, 0.01)
-"""Smallest values of alpha1 to alpha5. They give standard deviations of 10 % of the motion, such as 0.025 m for an update of
-0.25 m.
+"""Smallest values of alpha1 to alpha5; the standard deviation is then 10 % of the motion, such as 0.025 m for 0.25 m.
 
 Without motion noise, resampling soon makes all particles copies of each other. If the filter then loses the true pose, no
 particle is near this pose: particle deprivation (Thrun, Burgard, Fox: Probabilistic Robotics, 4.3.4). A filter with the small
 alphas of exact odometry therefore fails where a filter with larger alphas recovers. The particles also have to cover errors
-caused by the cell size of the map, and slip on floors that are less flat than the floor of the calibration.
+due to the cell size of the map, and slip on floors that are less flat than the floor of the calibration.
 """
 
 
 def amcl_alphas(result: Calibration) -> tuple[float, float, float, float, float]:
-    """Return alpha1 to alpha5 of nav2_amcl: each is the measured value, but at least the corresponding value in `LEAST`.
+    """Return alpha1 to alpha5 of nav2_amcl: the measured values, but at least the values in `LEAST`.
 
     DifferentialMotionModel splits a motion into a rotation a1, a translation d and a rotation a2. A rotation a has the variance
     alpha1 a^2 + alpha2 d^2; the translation has alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2

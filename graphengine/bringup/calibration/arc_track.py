@@ -23,7 +23,7 @@ from graphengine.bringup.calibration.write_back import write_figures, write_inpu
 EXACT = 0.005
 """Largest relative difference between the reached and the commanded turn rate with the track found."""
 ACCEPTED = 0.05
-"""Largest relative difference in the turn rate for which the track of the description's controller is kept."""
+"""Largest relative difference in the turn rate at which the track of the description's controller is kept."""
 _RAMP = 15.0
 """Largest time to reach the speed and turn rate of an arc, s."""
 _RUNS = 5
@@ -31,21 +31,21 @@ _RUNS = 5
 AHEAD, TURNED = 0.05, 0.1
 """Largest relative differences in speed and turn rate that arcs at the limits may have."""
 _LOWER = 0.8
-"""Factor by which the limit of the turn rate is lowered until arcs are as commanded.
+"""Factor that lowers the limit of the turn rate until arcs are as commanded.
 
-Turns that are much slower can start late: the parts of a rocker move until they push the wheels.
+Much slower turns can start late, because the links of a rocker move before they push the wheels.
 """
 
 
 def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Path], *, told: bool) -> str:
-    """Drive an imported skid-steered robot on arcs, write the track that it needs into its file, and return what was done.
+    """Drive an imported skid-steered robot on arcs, write the track that it needs into its file, and return a line on the track.
 
     Args:
         robot_file: robot file, whose graph has a controller for a base with left and right wheels.
         name: name of the robot.
         lift: height of the root link on the floor, m.
         allowed: folders outside of the project that the robot uses.
-        told: whether the track in the file is that of the description's controller; then it is kept if it is nearly right.
+        told: whether the description's controller gives the track in the file; this track is kept if it is nearly right.
 
     Raises:
         CheckError: the robot has errors.
@@ -60,7 +60,7 @@ def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Pa
 def lower_turn(robot_file: Path, name: str, lift: float, allowed: Sequence[Path], *, guessed: bool) -> list[str]:
     """Drive an imported skid-steered robot on arcs at its limits, and return lines on arcs that are not as commanded.
 
-    If the turn rate's limit was guessed, it is lowered in the robot's file until the arcs are as commanded.
+    A guessed limit of the turn rate is lowered in the robot's file until the arcs are as commanded.
 
     Args:
         robot_file: robot file with the track that `correct_track` has written.
@@ -111,16 +111,15 @@ def _correct(scene: Scene, name: str, *, told: bool) -> str:
                 return f"track: not measured, because the robot turns at {share * turn:.3g} rad/s of {turn:.3g} rad/s"
             tried.append((track, share))
     best = min(tried, key=_error)
-    write_figures(
-        scene, Calibration(name, command.topic, command.type, speed, turn, True, "differential", track=best[0])
-    )
+    found = Calibration(name, command.topic, command.type, speed, turn, True, "differential", track=best[0])
+    write_figures(scene, found)
     outcome = "as commanded" if _error(best) <= EXACT else f"at {best[1]:.1%} of commands"
     text = f"track: {best[0]:.4g} m, with which the robot turns {outcome} on arcs of {speed:.3g} m/s, {turn:.3g} rad/s"
     return f"{text}; with {before:.4g} m of the controller, it turns at {tried[0][1]:.1%}" if told else text
 
 
 def _error(drive: tuple[float, float]) -> float:
-    """Return the relative error of the turn rate, given a track and the share of the commanded turn rate reached with it."""
+    """Return the relative error of the turn rate in a drive, i.e. a track and the reached share of the commanded turn rate."""
     return abs(drive[1] - 1.0)
 
 
@@ -153,7 +152,7 @@ def _lower(scene: Scene, name: str, *, guessed: bool) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class _Arcs:
-    """Test arcs to both sides: the command, and the shares of its speed and turn rate that are farthest from 1."""
+    """Test arcs to both sides: commanded speed and turn rate, and the reached share of each that is farthest from 1."""
 
     speed: float
     turn: float
@@ -195,12 +194,12 @@ class ArcDrives:
     inputs: tuple[str, ...] = ()
 
     def drive(self, speed: float, turn: float, track: float | None = None) -> tuple[Twist, Twist]:
-        """Return the mean velocities that the robot reaches on an arc to the left and on one to the right.
+        """Return the mean velocities that the robot reaches on an arc to the left and on an arc to the right.
 
         Args:
             speed: speed to command, m/s.
             turn: turn rate to command, rad/s.
-            track: track of the controller, m; None: that of the robot's file.
+            track: track of the controller, m; None keeps the track of the robot's file.
         """
         return self._drive(Twist(x=speed, yaw=turn), track), self._drive(Twist(x=speed, yaw=-turn), track)
 

@@ -65,17 +65,17 @@ def calibrate(
     log: Log = log_to_logging,
     progress: Progress = lambda share: None,
 ) -> Calibration:
-    """Run test drives with a robot of a scene and return the measurements.
+    """Calibrate a robot of a scene in test drives and return the measurements.
 
     Args:
         scene: scene with the robot.
-        robot: name of the robot; None takes the only robot, or the first one if all robots have the same robot file.
-        command_topic: topic to drive the robot with; None takes the robot's only command topic.
+        robot: name of the robot; None chooses the only robot, or the first robot if all have the same robot file.
+        command_topic: topic for commands; None chooses the robot's only command topic.
         speed: speed to command, m/s; lowered to the limits of the robot's controllers.
         turn_speed: turn rate to command, rad/s; lowered to the limits of the robot's controllers.
         seed: seed of all random generators.
-        log: function called with severity, prim path and text of each log message of a node.
-        progress: function called with the completed share of the work, 0 to 1.
+        log: receives severity, prim path and text of each log message of a node.
+        progress: receives the completed share of the work, 0 to 1.
 
     Raises:
         CheckError: the robot or one of its graphs has errors.
@@ -92,8 +92,9 @@ def calibrate(
             return Calibration(chosen.name, "", "", speed, turn_speed, moves=False, notes=(reason,))
         speed = min(speed, limit_of(flat, "maxLinearSpeed"), full_speed.rim_speed(flat))
         turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
+        result = Calibration(chosen.name, command.topic, command.type, speed, turn_speed, moves=True)
         with flat.session(seed=seed, domain=0, log=log) as sim:
-            return _Calibrator(sim, flat, chosen.name, command, speed, turn_speed, progress).run()
+            return _Calibrator(sim, flat, command, result, progress).run()
 
 
 def choose_robot(scene: Scene, name: str | None) -> RobotInstance:
@@ -115,26 +116,17 @@ class _Calibrator:
     """Runs the test drives of one calibration in a session, and collects their measurements."""
 
     def __init__(
-        self,
-        sim: Session,
-        scene: Scene,
-        robot: str,
-        command: CommandTopic,
-        speed: float,
-        turn_speed: float,
-        progress: Progress,
+        self, sim: Session, scene: Scene, command: CommandTopic, result: Calibration, progress: Progress
     ) -> None:
-        self._sim = sim
-        self._progress = progress
+        self._sim, self._scene, self._result, self._progress = sim, scene, result, progress
         self._imus = published(scene.topics, IMU)
-        instance = world_of(scene).robots[robot]
+        instance = world_of(scene).robots[result.robot]
         self._wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
         self._arc_radius = _arc_radius(self._wheel_base, limit_of(scene, "maxWheelRotation"))
         odometry = published(scene.topics, ODOMETRY)
-        self._drives = DriveRecorder(sim, robot, command, odometry, self._wheel_base)
+        self._drives = DriveRecorder(sim, result.robot, command, odometry, self._wheel_base)
         self._wheels = WheelMeter(instance, self._drives.articulation.joint_names)
         self._meters = {topic: OdometryMeter(topic) for topic in odometry}
-        self._result = Calibration(robot, command.topic, command.type, speed, turn_speed, moves=True)
         self._motions: list[Motion] = []
         self._notes = [
             f"{what}: the robot's graphs publish no {message_type.replace('/msg/', '/')}"
@@ -142,12 +134,12 @@ class _Calibrator:
             if not topics
         ]
         self._arc_rate = 0.0
-        self._scene, self._robot = scene, instance
+        self._robot = instance
         self._at_rest = STILL
         self._mark: Checkpoint
 
     def run(self) -> Calibration:
-        """Run all test drives and return their results; stop early if the robot does not move or falls."""
+        """Run the test drives, until the robot falls or does not move, and return their results."""
         try:
             return self._run()
         except FallenError as error:
@@ -199,7 +191,7 @@ class _Calibrator:
         return replace(self._finished(kinematics), squares=tuple(squares))
 
     def _finished(self, kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
-        """Return the result with the measurements of all test drives so far."""
+        """Return the result with the measurements of all completed test drives."""
         omni, wheels = kinematics in ("mecanum", "omni"), self._wheels
         skids = kinematics == "differential" and wheels.has_several_axles
         notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
@@ -228,7 +220,7 @@ class _Calibrator:
 
         Args:
             twist: velocity to command.
-            by_wheels: whether to return True, too, if only the wheels turn and the robot does not move.
+            by_wheels: whether a robot whose wheels turn without moving it follows the command too.
         """
         self._begin()
         self._drives.drive(twist, 2.0)
@@ -247,7 +239,7 @@ class _Calibrator:
         self._drives.begin()
 
     def _measure_arcs(self) -> bool:
-        """Measure a left and a right arc; return whether the robot turned in at least one of the two."""
+        """Measure an arc to the left and an arc to the right; return whether the robot turned in at least one arc."""
         self._arc_rate = min(self._result.turn_speed, self._result.speed / self._arc_radius)
         for name, sign in (("arc_left", 1.0), ("arc_right", -1.0)):
             self._measure(name, "turn", Twist(x=self._result.speed, yaw=sign * self._arc_rate))
@@ -258,13 +250,11 @@ class _Calibrator:
 
     def _measure_at_limits(self, *, steered: bool) -> None:
         """Measure arcs at 0.3 and 1.0 of the limits, a stop from full speed, and drives and creep on a slope."""
-        drives = list(
-            full_speed.arcs(self._scene, self._robot, self._result.command_type, self._arc_radius, steered=steered)
-        )
+        command, radius = self._result.command_type, self._arc_radius
+        drives = list(full_speed.arcs(self._scene, self._robot, command, radius, steered=steered))
         if not drives:
-            self._notes.append(
-                "arcs at full speed, stop: not driven, because the robot's graphs do not limit both speed and turn rate"
-            )
+            why = "the robot's graphs do not limit both speed and turn rate"
+            self._notes.append(f"arcs at full speed, stop: not driven, because {why}")
         try:
             for name, twist in drives:
                 self._measure(name, "turn", twist)
@@ -289,7 +279,6 @@ class _Calibrator:
             twist: velocity to command.
             gravity: gravity of a slope, m/s2; then the motion counts for no geometry and no odometry.
         """
-        component = {"straight": 0, "sideways": 1, "turn": 2}[kind]
         self._begin(gravity)
         steady = self._drives.drive_until(twist, lambda trace: is_steady(trace, twist), LONGEST_RAMP)
         begin = self._drives.rows - 1
@@ -302,9 +291,8 @@ class _Calibrator:
         reached = mean_velocity(window)
         motion = Motion(name, kind, twist, reached, share(twist, reached))
         if steady and abs(motion.share) >= LEAST:
-            motion = replace(
-                motion, settle_time=settle_time(trace, component, (reached.x, reached.y, reached.yaw)[component])
-            )
+            axis, final = {"straight": (0, reached.x), "sideways": (1, reached.y), "turn": (2, reached.yaw)}[kind]
+            motion = replace(motion, settle_time=settle_time(trace, axis, final))
         motion = with_drift(motion, window)
         if kind == "turn" and twist.x:
             x, y = turning_centre(self._motions) or (0.0, 0.0)
@@ -321,9 +309,9 @@ class _Calibrator:
         return motion
 
     def _drive_a_turn(self, twist: Twist, begin: int) -> None:
-        """Keep driving until a full turn on the spot, or an arc of `ARC` rad, is complete.
+        """Drive on to the end of a full turn on the spot, or of an arc of `ARC` rad.
 
-        If this would take longer than `LONGEST_TURN`, because the robot hardly turns, stop after 2 s.
+        Stop after 2 s if the robot hardly turns and would need longer than `LONGEST_TURN`.
         """
         self._drives.drive(twist, 2.0)
         rate = abs(mean_velocity(self._drives.trace().part(begin)).yaw)
@@ -333,10 +321,9 @@ class _Calibrator:
 
 
 def _arc_radius(wheel_base: float | None, steering_limit: float) -> float:
-    """Return the radius of the test arcs, m.
+    """Return the radius of the test arcs, m: the turning radius at 0.8 times the steering limit (rad), but 2 to 5 wheel bases.
 
-    The radius is the turning radius at 0.8 times the steering limit (rad), but at least 2 and at most 5 wheel bases. If the
-    steering limit is 1.2 rad or more, or infinite, the radius is 3 wheel bases. If the wheel base is None, the radius is 1.5 m.
+    For a steering limit of 1.2 rad or more, the radius is 3 wheel bases. If the wheel base is None, the radius is 1.5 m.
     """
     if wheel_base is None:
         return 1.5

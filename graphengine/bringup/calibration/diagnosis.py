@@ -36,10 +36,7 @@ def no_command(scene: Scene, alone: Scene) -> str:
 
 
 def floor_load(sim: Session, robot: str) -> dict[str, float]:
-    """Return the vertical contact force that other bodies exert on each link of a robot, N, by link name.
-
-    Links without contact are left out.
-    """
+    """Return a dict from the links of a robot in contact to the vertical force that other bodies exert on them, N."""
     world = sim._runner.session.services.world
     contacts, names = world.contacts(), world.bodies().names
     loads: dict[str, float] = defaultdict(float)
@@ -52,7 +49,7 @@ def floor_load(sim: Session, robot: str) -> dict[str, float]:
 
 
 def rolls_away(velocity: Twist) -> list[str]:
-    """Return a list with a note if the robot moves at `velocity` without a command; otherwise an empty list."""
+    """Return a note in a list if `velocity`, without a command, shows a moving robot; else an empty list."""
     speed = math.hypot(velocity.x, velocity.y)
     if speed < SLOWEST and abs(velocity.yaw) < SLOWEST:
         return []
@@ -65,7 +62,7 @@ def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, floa
     Args:
         drives: recorder of the drive.
         wheels: the robot's wheels.
-        load: vertical contact force on each link, N, from `floor_load`.
+        load: result of `floor_load`.
     """
     trace = drives.trace(drives.rows // 2)
     rates = {name: rate for name, rate in wheels.rates(trace).items() if abs(rate) > 0.05}
@@ -89,15 +86,14 @@ def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, floa
 
 
 def held_by_stiffness(drives: DriveRecorder, wheels: WheelMeter) -> list[str]:
-    """Return a list with a note if joints with stiffness got velocity commands in the last drive; otherwise an empty list."""
+    """Return a note in a list if joints with stiffness got velocity commands in the last drive; else an empty list."""
     commanded = dict(zip(drives.articulation.joint_names, np.nan_to_num(drives.set_points()), strict=True))
     held = [name for name in wheels.stiff if commanded[name]]
     if not held:
         return []
     remedy = "remove `stiffness` of their drives below `joints:` of the robot file"
-    return [
-        f"stiffness pulls joints with velocity commands back to their positions ({listing(held, 'joints')}): {remedy}"
-    ]
+    text = f"stiffness pulls joints with velocity commands back to their positions ({listing(held, 'joints')})"
+    return [f"{text}: {remedy}"]
 
 
 def clamped(sim: Session) -> list[str]:

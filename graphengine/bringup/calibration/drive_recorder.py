@@ -29,7 +29,7 @@ STILL = Twist()
 
 
 class FallenError(Exception):
-    """During a test drive, the robot fell over or fell through the floor; the message says which of the two happened."""
+    """The robot fell over, or fell through the floor, during a test drive."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,8 +40,8 @@ class Trace:
         dt: time between two rows, s.
         base: true x (m), y (m) and yaw (rad, without jumps at +-pi) of the base link.
         joints: joint positions, rad or m, in the order of the articulation.
-        odometry: for each odometry topic, the published x (m), y (m) and yaw (rad); NaN in ticks without a message.
-        frames: for each odometry topic, the true x (m), y (m) and yaw (rad) of the child frame that the topic names.
+        odometry: a dict from odometry topics to the published x (m), y (m) and yaw (rad); NaN in ticks without a message.
+        frames: a dict from odometry topics to the true x (m), y (m) and yaw (rad) of their child frames.
     """
 
     dt: float
@@ -51,7 +51,7 @@ class Trace:
     frames: Mapping[str, Floats]
 
     def part(self, begin: int, end: int | None = None) -> Trace:
-        """Return the trace of the rows from `begin` to before `end`. None stands for the end of the trace."""
+        """Return the trace of the rows from `begin` to before `end`; None stands for the end of the trace."""
         odometry = {topic: rows[begin:end] for topic, rows in self.odometry.items()}
         frames = {topic: rows[begin:end] for topic, rows in self.frames.items()}
         return Trace(self.dt, self.base[begin:end], self.joints[begin:end], odometry, frames)
@@ -108,12 +108,12 @@ class DriveRecorder:
             self._record()
 
     def drive_until(self, twist: Twist, done: Callable[[Trace], bool], longest: float, block: float = 0.5) -> bool:
-        """Command a velocity until a condition holds; return False if it does not hold within `longest` s.
+        """Command a velocity until a condition holds; return False if the condition does not hold within `longest` s.
 
         Args:
             twist: velocity to command.
-            done: condition; it is called with the trace of the last `2 * block` seconds.
-            longest: time after which to give up, s.
+            done: evaluates the condition for the trace of the last `2 * block` seconds.
+            longest: maximum time to wait for the condition, s.
             block: time between two evaluations of the condition, s.
         """
         rows = 2 * round(block / self.dt) + 1
@@ -127,9 +127,8 @@ class DriveRecorder:
         """Return the recorded motion since `begin()`: all rows, or only the newest `last` rows if `last` is not 0."""
         bases, joints, odometry, frames = zip(*self._rows[-last:], strict=True)
         paths = {topic: _path([row.get(topic, _NONE) for row in odometry]) for topic in self._odometry}
-        truths = {
-            topic: _path([row.get(topic, base) for row, base in zip(frames, bases, strict=True)]) for topic in paths
-        }
+        poses = list(zip(frames, bases, strict=True))
+        truths = {topic: _path([row.get(topic, base) for row, base in poses]) for topic in paths}
         return Trace(self.dt, _path(bases), np.array(joints).reshape(len(bases), -1), paths, truths)
 
     def set_points(self) -> Floats:
@@ -151,7 +150,7 @@ class DriveRecorder:
     def _pose(self, topic: str, message: Any) -> tuple[float, float, float]:
         """Return x, y (m) and yaw (rad) of an odometry message.
 
-        The `child_frame_id` in the first message of a topic decides which frame's true pose is recorded.
+        From the first message of a topic on, the true pose of the frame in its `child_frame_id` is recorded.
         """
         if topic not in self._frames:
             self.child_frames[topic] = message.child_frame_id
@@ -160,7 +159,7 @@ class DriveRecorder:
         return position.x, position.y, yaw_of((q.x, q.y, q.z, q.w))
 
     def _frame(self, name: str) -> Frame:
-        """Return the frame of the robot that has this name in TF; if the robot has no such frame, the base link's frame."""
+        """Return the frame of the robot with this name in TF; without such a frame, the frame of the base link."""
         plain = name.rpartition("/")[2]  # the namespace of a scene with `tf: global`
         prims = (prim for prim in self._prim.descendants() if prim.kind in ("link", "frame"))
         named = [prim for prim in prims if prim.frame_name in (name, plain)]
@@ -171,7 +170,7 @@ _NONE = (math.nan, math.nan, math.nan)
 
 
 def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
-    """Return rows of x, y (m) and yaw (rad) as an array; yaw is unwrapped, so it does not jump at +-pi."""
+    """Return rows of x, y (m) and yaw (rad) as an array; yaw is unwrapped and does not jump at +-pi."""
     path: Floats = np.array(rows, dtype=float)
     known = np.isfinite(path[:, 2])
     path[known, 2] = np.unwrap(path[known, 2])
@@ -187,7 +186,6 @@ def _check_upright(base: Pose) -> None:
     if base[0][2] < BELOW:
         raise FallenError("the robot falls through the floor: none of its links has a collider that rests on the floor")
     if tilt_of(base[1]) > FALLEN:
+        tilt = f"its base link tilts by more than {math.degrees(FALLEN):.0f} deg"
         look = "check its centre of mass, its supports, and the acceleration limits of its controller"
-        raise FallenError(
-            f"the robot falls over: its base link tilts by more than {math.degrees(FALLEN):.0f} deg; {look}"
-        )
+        raise FallenError(f"the robot falls over: {tilt}; {look}")

@@ -1,7 +1,8 @@
-"""Classes for the results of a calibration. Values are in SI units; None means that a value could not be measured."""
+"""Classes for the results of a calibration. Values are in SI units; None stands for a value that was not measured."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Side = Literal["left", "right", ""]
 Kind = Literal["straight", "turn", "sideways"]
 Kinematics = Literal["differential", "mecanum", "omni", "ackermann", ""]
 CREEP = 1e-3
@@ -16,9 +18,9 @@ CREEP = 1e-3
 STOP_MARGIN = 1.2
 """Largest ratio of a stopping distance to that of an ideal stop."""
 SKID_MARGIN = 5.0
-"""Ratio of the bound for turns and arcs of skid-steered bases to the bound for straight motions in `Motion.is_within`."""
+"""Ratio of the bound for turns and arcs of skid-steered bases to the bound for straight motions."""
 TURN_MARGIN = 1.5
-"""Ratio of the bound for turns and sideways motions to the bound for straight motions in `Motion.is_within`."""
+"""Ratio of the bound for turns and sideways motions to the bound for straight motions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +41,15 @@ class Motion:
             `slow_arc_left` and so on at 0.3, and `full_arc_left` and so on at 1.0 of the limits of the controller; `uphill` and
             `downhill` on a slope of 5 degrees.
         kind: component of the velocity that is evaluated: `straight` (forward), `sideways`, or `turn` (turn rate, also for arcs).
-        commanded: velocity that was commanded.
+        commanded: commanded velocity.
         reached: mean velocity of the base link.
         share: ratio of reached to commanded velocity, for the component that `kind` names.
         settle_time: time from the first command until the velocity stays within 5 % of `reached`, s.
         lateral_drift: displacement across the commanded direction, m per metre of the drive; None for turns.
         heading_drift: change of heading, rad per metre of the drive; None for turns.
         position_drift: distance by which one full turn on the spot displaces the base link, m; None for other motions.
-        slip: share of the wheels' rolling that does not move the base: 1 - true motion / motion computed from the wheel angles
-            with the wheel radii and track in the robot description.
+        slip: share of the wheels' rolling that does not move the base: 1 - true motion / motion by the wheel angles, computed
+            with the wheel radii and the track in the robot description.
         speed_share: ratio of reached to commanded forward velocity in an arc; None for other motions.
         sideslip: angle from the heading of the base link to the motion of the turning centre in an arc, rad; None for other
             motions.
@@ -71,8 +73,8 @@ class Motion:
     def is_within(self, bound: float) -> bool:
         """Return whether the reached velocity is close to the commanded one: `share` differs from 1 by at most `bound`.
 
-        For a turn or a sideways motion, the largest difference is `TURN_MARGIN * bound`; in an arc, also that of the speed.
-        For turns and arcs of a skid-steered base, it is `SKID_MARGIN * bound`, because no track suits all arcs.
+        For a turn or a sideways motion, and for the speed in an arc, the largest difference is `TURN_MARGIN * bound`. For turns
+        and arcs of a skid-steered base, the difference is `SKID_MARGIN * bound`, because no track suits all arcs.
         """
         worst = max(abs(share - 1.0) for share in (self.share, self.speed_share) if share is not None)
         return worst <= self.margin * bound
@@ -92,7 +94,7 @@ class Stop:
     Attributes:
         speed: speed before the stop, m/s.
         distance: distance from the command to stop until the robot stands, m.
-        deceleration: limit of the deceleration in the robot's controllers, m/s2; None if they have none.
+        deceleration: limit of the deceleration in the robot's controllers, m/s2; None without a limit.
     """
 
     speed: float
@@ -111,11 +113,11 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Slope:
-    """A robot that is parked on a slope of 5 degrees, with a command to stand.
+    """A robot parked on a slope of 5 degrees with a command to stand.
 
     Attributes:
-        along: speed at which it creeps while it faces up the slope, m/s.
-        across: speed at which it creeps while it stands across the slope, m/s.
+        along: speed at which the robot creeps while it faces up the slope, m/s.
+        across: speed at which the robot creeps while it stands across the slope, m/s.
     """
 
     along: float
@@ -133,20 +135,20 @@ class DrivenWheel:
     Attributes:
         joint: name of the wheel's joint.
         radius: rolling radius, m: distance that the base travels per rad of the wheel.
-        side: side of the base on which the wheel is; empty if unknown.
+        side: side of the base; empty if unknown.
     """
 
     joint: str
     radius: float
-    side: Literal["left", "right", ""] = ""
+    side: Side = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Square:
     """A square that the robot drove with timed commands, without feedback.
 
-    Each path is an array with rows of x (m), y (m) and yaw (rad) and begins at 0, 0, 0. It is the path of the point about which
-    the robot turns on the spot.
+    Each path is an array with rows of x (m), y (m) and yaw (rad), and begins at 0, 0, 0. All paths are those of the point about
+    which the robot turns on the spot.
 
     Attributes:
         direction: `counterclockwise` or `clockwise`.
@@ -155,7 +157,7 @@ class Square:
         heading_error: true minus commanded heading at the end, rad.
         commanded: path of an ideal robot that follows the commands exactly.
         truth: true path.
-        odometry: path that each odometry topic reports, by topic.
+        odometry: a dict from odometry topics to the paths that they report.
     """
 
     direction: Literal["clockwise", "counterclockwise"]
@@ -210,15 +212,15 @@ class Odometry:
 
     Attributes:
         topic: name of the topic.
-        frame: child frame of the odometry; its true pose is the truth.
+        frame: child frame of the odometry, whose true pose is the truth.
         distance_error: error of the distance, m per metre of a straight drive.
-        lateral_error: error across the drive, m per metre of a straight drive; larger absolute value of the two directions.
-        heading_error: error of the heading, rad per metre of a straight drive; larger absolute value of the two directions.
+        lateral_error: error across the drive, m per metre of a straight drive; the larger magnitude of both directions.
+        heading_error: error of the heading, rad per metre of a straight drive; the larger magnitude of both directions.
         turn_error: error of the angle, rad per full turn; positive if the odometry turns further than the robot.
         turn_position_error: error of the position, m per full turn on the spot.
         sideways_error: error of the distance, m per metre of a sideways drive.
-        square_position_error: error of the position at the end of a square, m; the larger one of the two directions.
-        square_heading_error: error of the heading at the end of a square, rad; larger absolute value of the two directions.
+        square_position_error: error of the position at the end of a square, m; the larger error of both directions.
+        square_heading_error: error of the heading at the end of a square, rad; the larger magnitude of both directions.
         alphas: noise parameters for AMCL.
         covariances: variances for ComputeWheelOdometry.
     """
@@ -274,7 +276,7 @@ class Calibration:
         command_type: message type of the command topic.
         speed: commanded speed, m/s.
         turn_speed: commanded turn rate, rad/s.
-        moves: whether the robot moves and stays upright; `notes` has the reason if not.
+        moves: whether the robot moves and stays upright; if not, `notes` has the reason.
         kinematics: `differential` if the robot turns on the spot, `mecanum` if it also drives sideways, `omni` if it also drives
             sideways and its wheels have axles in several directions, `ackermann` if it turns only in arcs; empty if the robot
             does not turn.
@@ -291,7 +293,7 @@ class Calibration:
         squares: test drives along squares, counter-clockwise and clockwise.
         odometry: errors of each odometry topic.
         imus: noise of each IMU.
-        notes: sentences that say which values could not be measured, and why.
+        notes: sentences that name values without a measurement, and the reasons.
     """
 
     robot: str
@@ -319,19 +321,11 @@ class Calibration:
         return tuple(motion for motion in self.motions if not motion.is_within(bound))
 
     def to_data(self) -> dict[str, Any]:
-        """Return the results as dicts, lists and numbers for JSON, without the paths that the robot drove in the squares."""
+        """Return the results as dicts, lists and rounded numbers for JSON, without the paths of the squares."""
         data = asdict(self)
         for square in data["squares"]:
             for path in ("commanded", "truth", "odometry"):
                 del square[path]
-        rounded: dict[str, Any] = _rounded(data)
+        # Digits beyond 9 decimals are rounding noise.
+        rounded: dict[str, Any] = json.loads(json.dumps(data), parse_float=lambda text: round(float(text), 9) + 0.0)
         return rounded
-
-
-def _rounded(value: Any) -> Any:
-    """Return the data with all floats rounded to 9 decimals; further digits are rounding noise."""
-    if isinstance(value, dict):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_rounded(item) for item in value]
-    return round(value, 9) + 0.0 if isinstance(value, float) else value

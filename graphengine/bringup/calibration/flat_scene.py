@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,12 +18,11 @@ from graphengine.physics.model.robot import RobotInstance
 
 _WORLD = "worlds/flat_grid.xml"
 _PLACES = ("position", "orientation", "count", "spacing", "per_row", "places", "namespace")
-"""Keys of a robot's entry in a scene file that place and name the robot or its fleet; the new scene does not copy these keys."""
+"""Keys of a robot's entry in a scene file for position and name of the robot or its fleet; the new scene leaves them out."""
 
 
-@contextmanager
-def on_flat_floor(scene: Scene, robot: RobotInstance) -> Iterator[Scene]:
-    """Yield a scene with only this robot at the origin of a flat floor; the robot has the graphs of its robot file.
+def on_flat_floor(scene: Scene, robot: RobotInstance) -> AbstractContextManager[Scene]:
+    """Return a context manager for a scene with only this robot, and the graphs of its file, at the origin of a flat floor.
 
     The graphs of the scene file are left out, because they may command the robot.
 
@@ -42,8 +41,7 @@ def on_flat_floor(scene: Scene, robot: RobotInstance) -> Iterator[Scene]:
     allowed = [*loaded_of(scene).options.allowed, document.path.absolute().parent]
     options = replace(loaded_of(scene).options, allowed=allowed, scene=None, rays="mujoco")
     more = {"physics": document.data.get("physics", {}), "robots": {robot.name: kept}}
-    with flat_scene(scene.name, "calibration", lambda path: open_scene(path, options, modules_of(scene)), more) as flat:
-        yield flat
+    return flat_scene(scene.name, "calibration", lambda path: open_scene(path, options, modules_of(scene)), more)
 
 
 @contextmanager
@@ -53,7 +51,7 @@ def flat_scene(stem: str, name: str, make: Callable[[Path], Scene], more: Mappin
     Args:
         stem: name of the scene's file without its suffix.
         name: name of the scene.
-        make: reads and checks the scene in a file; rays are to be cast by MuJoCo, because none is cast without need.
+        make: reads and checks the scene in a file; it should choose MuJoCo for rays, because hardly any ray is cast.
         more: further keys of the scene file.
 
     Raises:

@@ -27,7 +27,7 @@ _PARKED, _LONGEST = 2.0, 15.0
 
 
 def rim_speed(scene: Scene) -> float:
-    """Return the largest speed of the wheels' rims that a robot's controllers allow, m/s; infinite without a limit."""
+    """Return the largest rim speed of the wheels that a robot's controllers allow, m/s; infinite without a limit."""
     radius = limit_of(scene, "wheelRadius", "backWheelRadius")
     return limit_of(scene, "maxWheelSpeed", "maxWheelVelocity") * radius
 
@@ -35,11 +35,11 @@ def rim_speed(scene: Scene) -> float:
 def limits_of(scene: Scene, turn: float = math.inf) -> tuple[float, float]:
     """Return the speed (m/s) and turn rate (rad/s) that a robot's controllers allow at the same time; infinite without limits.
 
-    Where the wheels cannot reach both, both are scaled down, as graphs of bases do.
+    Speed and turn rate are scaled down, as in graphs of bases, if the wheels cannot reach both.
 
     Args:
         scene: scene with the robot.
-        turn: turn rate that further limits that of the controllers, rad/s.
+        turn: additional limit of the turn rate, rad/s.
     """
     rim = rim_speed(scene)
     speed, turn = min(limit_of(scene, "maxLinearSpeed"), rim), min(turn, limit_of(scene, "maxAngularSpeed"))
@@ -53,11 +53,11 @@ def limits_of(scene: Scene, turn: float = math.inf) -> tuple[float, float]:
 def slow_arc(robot: RobotInstance, speed: float, turn: float) -> tuple[float, float]:
     """Return the speed (m/s) and turn rate (rad/s) of the slow arcs: 0.3 of the limits.
 
-    A skid-steered base drives slower if these limits need more than 0.15 of the grip across its wheels, because its track is that
-    of slower arcs.
+    A skid-steered base drives slower if these limits need more than 0.15 of the grip across its wheels, because its track suits
+    slower arcs.
 
     Args:
-        robot: robot, whose materials have the grip.
+        robot: robot with the materials of its wheels.
         speed: limit of the speed, m/s.
         turn: limit of the turn rate, rad/s.
     """
@@ -71,7 +71,7 @@ def slow_arc(robot: RobotInstance, speed: float, turn: float) -> tuple[float, fl
 def arcs(
     scene: Scene, robot: RobotInstance, command_type: str, radius: float, *, steered: bool
 ) -> Iterator[tuple[str, Twist]]:
-    """Yield the names and commands of the arcs at 0.3 and 1.0 of the limits; none if the speed has no limit.
+    """Yield the names and commands of the arcs at 0.3 and 1.0 of the limits; nothing if speed or turn rate has no limit.
 
     Args:
         scene: scene with the robot.
@@ -91,7 +91,7 @@ def arcs(
 
 
 def tilted(direction: Vector3) -> Vector3:
-    """Return gravity on a slope of `SLOPE` that falls in a horizontal direction, m/s2."""
+    """Return gravity on a slope of the angle `SLOPE` that falls in a horizontal direction, m/s2."""
     x, y, _ = direction
     return GRAVITY * math.sin(SLOPE) * x, GRAVITY * math.sin(SLOPE) * y, -GRAVITY * math.cos(SLOPE)
 

@@ -14,11 +14,11 @@ from graphengine.bringup.calibration.figures import Floats, ImuNoise
 from graphengine.messages import messages
 
 LARGEST_RATE = 10_000
-"""Highest message rate of an IMU, Hz, at which all messages are evaluated; at higher rates, the oldest messages are left out."""
+"""Highest message rate of an IMU at which all messages are evaluated, Hz; at higher rates, the oldest messages are left out."""
 
 
 def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds: float) -> tuple[ImuNoise, ...]:
-    """Let the robot stand for a time (s) and return the noise of each IMU; IMUs with fewer than two messages are left out."""
+    """Let the robot stand for a time (s) and return the noise of each IMU with at least two messages."""
     subscriptions = [sim.subscribe(topic, keep=round(seconds * LARGEST_RATE)) for topic in topics]
     drives.begin()
     drives.drive(STILL, seconds)

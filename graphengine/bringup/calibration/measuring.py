@@ -54,7 +54,7 @@ def is_steady(trace: Trace, command: Twist) -> bool:
 
 
 def settle_time(trace: Trace, component: int, reached: float) -> float | None:
-    """Return the time after which the relative deviation from `reached` stays within `SETTLED`, s; None if it does not."""
+    """Return the time from which on the relative deviation from `reached` is at most `SETTLED`, s; None without this time."""
     count = max(1, round(SMOOTHING / trace.dt))
     velocity = np.convolve(increments(trace.base)[:, component], np.full(count, 1.0 / count), "full") / trace.dt
     velocity = velocity[: len(trace.base) - 1]
@@ -89,22 +89,22 @@ def pieces(truth: Floats, odometry: Floats, distance: float, angle: float) -> It
 
 
 def mean_square(values: Sequence[float]) -> float | None:
-    """Return the mean of the squares of some values; None if `values` is empty."""
+    """Return the mean of the squares of the values; None without values."""
     return float(np.mean(np.square(values))) if values else None
 
 
 def mean(values: Sequence[float]) -> float | None:
-    """Return the mean of some values; None if `values` is empty."""
+    """Return the mean of the values; None without values."""
     return float(np.mean(values)) if values else None
 
 
 def largest(values: Sequence[float]) -> float | None:
-    """Return the largest absolute value; None if `values` is empty."""
+    """Return the largest absolute value; None without values."""
     return float(np.max(np.abs(values))) if values else None
 
 
 def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
-    """Return the path (rows of x, y, yaw) of an ideal robot that drives the segments; each is a velocity and a duration (s)."""
+    """Return the path (rows of x, y, yaw) of an ideal robot along segments, each with a velocity and a duration (s)."""
     rows = [(0.0, 0.0, 0.0)]
     for twist, seconds in segments:
         count = max(1, round(seconds / dt))
@@ -119,9 +119,7 @@ def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
 
 def at_offset(path: Floats, offset: tuple[float, float]) -> Floats:
     """Return the path of a point fixed to the moving body; `offset` is its position (x, y) in the body frame, m."""
-    cosine, sine = np.cos(path[:, 2]), np.sin(path[:, 2])
-    x, y = offset
-    return np.column_stack((path[:, 0] + cosine * x - sine * y, path[:, 1] + sine * x + cosine * y, path[:, 2]))
+    return path + _turned(np.broadcast_to([*offset, 0.0], path.shape), path[:, 2])
 
 
 def in_first_frame(path: Floats) -> Floats:
@@ -133,9 +131,9 @@ def in_first_frame(path: Floats) -> Floats:
 
 
 def share(twist: Twist, reached: Twist) -> float:
-    """Return the ratio of measured to commanded velocity.
+    """Return the ratio of the measured to the commanded velocity.
 
-    If a turn rate is commanded, it is the ratio of the turn rates; otherwise of the forward or of the sideways velocities.
+    Return the ratio of the turn rates if a turn rate is commanded; else the ratio of the forward or of the sideways velocities.
     """
     if twist.yaw:
         return reached.yaw / twist.yaw
@@ -143,7 +141,7 @@ def share(twist: Twist, reached: Twist) -> float:
 
 
 def with_drift(motion: Motion, window: Trace) -> Motion:
-    """Return a copy of the motion with the drifts measured in the trace `window`; they stay None if the robot hardly moved."""
+    """Return a copy of the motion with its drifts in the trace `window`; they are None if the robot hardly moved."""
     if motion.kind == "turn":
         moved = one_turn(window.base) if not motion.commanded.x else None
         return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)
@@ -155,10 +153,7 @@ def with_drift(motion: Motion, window: Trace) -> Motion:
 
 
 def turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
-    """Return the point about which the robot turns on the spot, as x, y (m) in the base link's frame.
-
-    Return None if `motions` has no turn on the spot.
-    """
+    """Return the point (x, y) about which the robot turns on the spot, in the base link's frame, m; None without such a turn."""
     turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
     if not turns:
         return None

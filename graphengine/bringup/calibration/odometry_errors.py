@@ -32,7 +32,7 @@ class OdometryMeter:
         self._turns: list[tuple[float, float, float]] = []
 
     def take(self, motion: Motion, window: Trace) -> None:
-        """Add the odometry errors of a steady motion; motions without odometry messages, and too short motions, are ignored."""
+        """Add the odometry errors of a steady motion; short motions and motions without odometry messages have no effect."""
         truth, odometry = self._published(window)
         if len(odometry) < 2:
             self.notes = [f"{self.topic}: not published during the test drives"]
@@ -41,9 +41,8 @@ class OdometryMeter:
         error = displacement(odometry) - true
         if motion.kind == "turn":
             self._take_turn(motion, true, error)
-            self._turns += [
-                (abs(t[2]), e[2], math.hypot(e[0], e[1])) for t, e in pieces(truth, odometry, FARTHEST, ANGLE)
-            ]
+            turns = pieces(truth, odometry, FARTHEST, ANGLE)
+            self._turns += [(abs(true[2]), off[2], math.hypot(off[0], off[1])) for true, off in turns]
             return
         along, across = (0, 1) if motion.kind == "straight" else (1, 0)
         distance = abs(true[along])
@@ -91,7 +90,7 @@ class OdometryMeter:
             self._errors["end"].append(odometry[-1, 2] - truth[-1, 2])
 
     def figures(self, frame: str, *, omni: bool) -> Odometry:
-        """Return the errors and noise parameters measured so far; `omni` is True for a base that can drive sideways."""
+        """Return the errors and noise parameters of all added motions; `omni` is True for a base that can drive sideways."""
         errors = self._errors
         return Odometry(
             self.topic,

@@ -10,7 +10,7 @@ from graphengine.bringup.calibration.figures import Floats
 from graphengine.devices.rotation import Vector3
 
 PARALLEL = 0.99
-"""Minimum cosine of the angle between an axle and the y axis of the base link for a wheel that rolls along the x axis."""
+"""Minimum cosine of the angle between the y axis of the base link and the axle of a wheel that rolls along the x axis."""
 LEVEL = 0.3
 """Maximum cosine of the angle between the axle of a wheel and the vertical."""
 _LEAST = 1e-3
@@ -18,7 +18,7 @@ _LEAST = 1e-3
 
 
 def is_oblique(axle: Vector3) -> bool:
-    """Return whether a level axle points neither left nor right, so that its wheel does not roll along the x axis."""
+    """Return whether an axle is level and points neither left nor right; its wheel does not roll along the x axis."""
     return abs(axle[1]) < PARALLEL and abs(axle[2]) < LEVEL
 
 
@@ -46,7 +46,7 @@ def rolling_radii(motions: Floats, angles: Floats, directions: Floats) -> Floats
 
 
 def base_motion(angles: Floats, radii: Floats, places: Floats, directions: Floats) -> Floats:
-    """Return the motion of the base (forward and left, m, and turn, rad) that fits the angles (rad) of its wheels best.
+    """Return the motion of the base (forward and left, m, and turn, rad) with the best fit to the angles of its wheels.
 
     Args:
         angles: angle of each wheel, rad.

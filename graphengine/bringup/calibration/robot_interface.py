@@ -53,7 +53,7 @@ def find_robots(scene: Scene, names: Sequence[str], purpose: str) -> list[RobotI
     Args:
         scene: the scene.
         names: names of robots; empty takes all robots.
-        purpose: what is done with the robots, for the message about a scene without robots, such as `calibrate`.
+        purpose: verb for the message about a scene without robots, such as `calibrate`.
 
     Raises:
         UsageError: the scene has no robot, or no robot has one of the names.
@@ -69,28 +69,26 @@ def find_robots(scene: Scene, names: Sequence[str], purpose: str) -> list[RobotI
 
 
 def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> CommandTopic | None:
-    """Return the topic that commands the robot; None if no graph subscribes to a topic of a command type.
+    """Return the command topic of the robot; None if no graph subscribes to a topic of a command type.
 
     Args:
         claims: topics of the robot's graphs.
-        wanted: full name of the topic, or its last parts if they are unique; None takes the only command topic.
+        wanted: full name of the topic, or unique last parts of the name; None chooses the only command topic.
 
     Raises:
         UsageError: several topics command the robot and `wanted` is None, or `wanted` matches no topic or several topics.
     """
     found = {claim.topic: claim.message_type for claim in claims_of(claims, "subscribe", *COMMAND_TYPES)}
     if wanted is not None:
-        meant = [topic for topic in found if topic == wanted] or [
-            topic for topic in found if topic.endswith(f"/{wanted.lstrip('/')}")
-        ]
+        end = f"/{wanted.lstrip('/')}"
+        meant = [wanted] if wanted in found else [topic for topic in found if topic.endswith(end)]
         if len(meant) != 1:
             near = did_you_mean(wanted, found) or listing(meant or found, "command topics")
             raise UsageError(f"--command-topic {wanted}: expected the name of one command topic\n  {near}")
         return CommandTopic(meant[0], found[meant[0]])
     if len(found) > 1:
-        raise UsageError(
-            f"several topics command the robot; choose one with --command-topic\n  {listing(found, 'command topics')}"
-        )
+        topics = listing(found, "command topics")
+        raise UsageError(f"several topics command the robot; choose one with --command-topic\n  {topics}")
     return next((CommandTopic(*one) for one in found.items()), None)
 
 
@@ -105,7 +103,7 @@ def claims_of(claims: Iterable[EndpointClaim], direction: str, *message_types: s
 
 
 def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, str, Any]]:
-    """Yield each unwired input that has one of these names, as (graph, node instance, name of the input, value).
+    """Yield each unwired input with one of these names, as (graph, node instance, name of the input, value).
 
     Inputs whose value is neither a number nor an array of numbers are left out.
     """
@@ -122,16 +120,16 @@ def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, 
 
 
 def limit_of(scene: Scene, *names: str) -> float:
-    """Return the lowest absolute value of all inputs with these names. 0 means no limit; without limits, return infinity."""
+    """Return the lowest nonzero magnitude of all inputs with these names, because 0 stands for no limit; else infinity."""
     return min((number for *_, number in numbers_named(loaded_of(scene).planned, *names)), default=math.inf)
 
 
 def known_wheel_base(scene: Scene) -> float | None:
-    """Return the absolute value of the first nonzero input `wheelBase` in the graphs, m; None if there is no such input."""
+    """Return the magnitude of the first nonzero input `wheelBase` in the graphs, m; None without such an input."""
     return next((number for *_, number in numbers_named(loaded_of(scene).planned, "wheelBase")), None)
 
 
 def numbers_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, str, float]]:
-    """Yield the inputs of `inputs_named`, one per number: arrays are flattened, values are absolute, and zeros are left out."""
+    """Yield each nonzero number in the inputs of `inputs_named` as (graph, node instance, name of the input, magnitude)."""
     for graph, instance, name, value in inputs_named(graphs, *names):
         yield from ((graph, instance, name, abs(float(one))) for one in np.atleast_1d(value) if one)

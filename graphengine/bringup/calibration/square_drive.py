@@ -29,7 +29,7 @@ def drive_square(
         meters: collectors of odometry errors, to which the errors of this drive are added.
         command: forward speed along the sides, and turn rate in the corners; a negative turn rate gives a clockwise square.
         centre: point whose path is measured, x and y in the base link's frame, m.
-        steered: if True, the corners are arcs driven at the speed of the sides; if False, they are turns on the spot.
+        steered: whether the corners are arcs at the speed of the sides; otherwise they are turns on the spot.
     """
     straight, corner = _segments(command, drives.dt, steered=steered)
     for _ in range(4):
@@ -55,7 +55,7 @@ def drive_square(
 
 
 def _segments(command: Twist, dt: float, *, steered: bool) -> list[tuple[Twist, float]]:
-    """Return the command of a side and the command of a corner, each with its duration (s), which is a whole number of ticks."""
+    """Return the commands of a side and of a corner, each with its duration (s), a whole number of ticks."""
     side = math.ceil(SIDE / command.x / dt) * dt
     corner = math.ceil(math.pi / 2.0 / abs(command.yaw) / dt) * dt
     speed, rate = SIDE / side, math.copysign(math.pi / 2.0 / corner, command.yaw)

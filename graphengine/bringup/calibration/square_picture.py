@@ -55,7 +55,7 @@ def draw(result: Calibration) -> str:
 
 
 def _extent(square: Square) -> float:
-    """Return half the side of the area to draw, m: it contains all paths and is a multiple of 0.25 m."""
+    """Return half the side of the smallest area, with a margin of 8 %, that contains all paths: a multiple of 0.25 m."""
     middle = _middle(square)
     paths = [square.commanded, square.truth, *square.odometry.values()]
     farthest = max(float(np.abs(path[:, :2] - middle).max()) for path in paths if len(path))
@@ -68,7 +68,7 @@ def _middle(square: Square) -> Floats:
 
 
 def _panel(square: Square, left: float, top: float, extent: float, colours: dict[str, str]) -> Iterator[str]:
-    """Yield the SVG elements of a panel, grid and paths, with x up and y to the left."""
+    """Yield the SVG elements of a panel: the grid, and the paths with x up and y to the left."""
     middle, scale = _middle(square), PANEL / (2.0 * extent)
 
     def place(path: Floats) -> Floats:
@@ -101,18 +101,20 @@ def _panel(square: Square, left: float, top: float, extent: float, colours: dict
 
 
 def _curve(points: Floats, colour: str, dashes: str, width: float) -> str:
-    """Return a path as an SVG element, without points that are equal to the previous point."""
+    """Return a path as an SVG element, without points that nearly equal the previous point."""
     moved = np.r_[True, np.abs(np.diff(points, axis=0)).max(axis=1) > 0.02]
-    places = " ".join(f"{x:.1f} {y:.1f}" for x, y in points[moved].tolist())
+    return _path("M" + " ".join(f"{x:.1f} {y:.1f}" for x, y in points[moved].tolist()), colour, dashes, width)
+
+
+def _path(shape: str, colour: str, dashes: str, width: float) -> str:
     style = f' stroke-dasharray="{dashes}"' if dashes else ""
-    return f'<path d="M{places}" stroke="{colour}" stroke-width="{width:g}"{style}/>'
+    return f'<path d="{shape}" stroke="{colour}" stroke-width="{width:g}"{style}/>'
 
 
 def _legend(rows: Sequence[tuple[str, str, str]], top: float) -> Iterator[str]:
     for row, (name, colour, dashes) in enumerate(rows):
         y = top + row * LINE
-        style = f' stroke-dasharray="{dashes}"' if dashes else ""
-        yield f'<path d="M{SPACE:g} {y - 4:.1f}h36" stroke="{colour}" stroke-width="2"{style}/>'
+        yield _path(f"M{SPACE:g} {y - 4:.1f}h36", colour, dashes, 2.0)
         yield _text(SPACE + 46, y, name)
     yield _text(SPACE, top + len(rows) * LINE, "x up and y to the left, m", "small")
 

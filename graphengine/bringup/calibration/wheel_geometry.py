@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from graphengine.bringup.calibration.drive_recorder import Trace
-from graphengine.bringup.calibration.figures import DrivenWheel, Floats, Motion
+from graphengine.bringup.calibration.figures import DrivenWheel, Floats, Motion, Side
 from graphengine.bringup.calibration.measuring import increments, mean
 from graphengine.bringup.calibration.omni_geometry import base_motion, is_oblique, rolling_directions, rolling_radii
 from graphengine.descriptions.robot_description import TURNING, track
@@ -19,9 +18,9 @@ from graphengine.physics.model.robot import RobotInstance, wheel_shapes
 SLOWEST = 0.05
 """Smallest speed at which a joint counts as turning, rad/s."""
 SHARE = 0.2
-"""A driven joint counts as a wheel if its speed in a straight drive exceeds this share of the fastest joint's speed."""
+"""Minimum ratio of a wheel's speed in a straight drive to the speed of the fastest driven joint."""
 STEERED = 0.02
-"""A joint counts as steering in an arc if it turns by more than this angle, rad."""
+"""Minimum angle of a steering joint in an arc, rad."""
 
 
 class WheelMeter:
@@ -41,7 +40,7 @@ class WheelMeter:
         self._offsets: dict[int, list[float]] = {}
         self._bases: list[float] = []
         self._moved: dict[str, tuple[float, Floats]] = {}
-        """By name of the motion: the distance (m) or angle (rad) by which the base moved, and the angle of each joint (rad)."""
+        """A dict from motions to the distance (m) or angle (rad) by which the base moved, and the angle of each joint (rad)."""
         self._straight_angles: Floats = np.zeros(len(self._names))
         self._samples: list[tuple[Floats, Floats]] = []
         """Motion of the base (forward, left, m; turn, rad) and of the joints (rad) in each test drive."""
@@ -52,7 +51,7 @@ class WheelMeter:
     def described_wheel_base(robot: RobotInstance) -> float | None:
         """Return the distance along x between the foremost and the rearmost wheel in the robot description, m.
 
-        Return None if the description has no wheels, or if all wheels are on one axle.
+        Return None if all wheels are on one axle, or without wheels.
         """
         distance = _length(robot, robot.wheel_radii)
         return distance if distance > 1e-3 else None
@@ -68,7 +67,7 @@ class WheelMeter:
         return [name for name in self.driven if self._robot.drives[name].stiffness]
 
     def rates(self, trace: Trace) -> dict[str, float]:
-        """Return the mean speed of each driven joint by joint name, rad/s or m/s."""
+        """Return a dict from the driven joints to their mean speeds, rad/s or m/s."""
         moved = (trace.joints[-1] - trace.joints[0]) / ((len(trace.joints) - 1) * trace.dt)
         return {self._names[index]: float(moved[index]) for index in self._driven}
 
@@ -79,7 +78,7 @@ class WheelMeter:
         return any(abs(rates[name]) > SLOWEST for name in names)
 
     def take(self, motion: Motion, window: Trace) -> None:
-        """Add a steady test drive (joint angles and true motion) to the data from which the wheel geometry is computed."""
+        """Add the joint angles and the true motion of a steady test drive to the data for the wheel geometry."""
         whole = increments(window.base).sum(axis=0)
         forward, _, turn = whole.tolist()
         moved = window.joints[-1] - window.joints[0]
@@ -109,9 +108,9 @@ class WheelMeter:
                 self._radii.setdefault(index, []).append(forward / moved[index])
 
     def _take_arc(self, window: Trace, forward: float, turn: float) -> None:
-        """Add a measurement of the wheel base, tan(s) d / w (m), from an arc of length d (m) and angle w (rad).
+        """Add a measurement of the wheel base, tan(s) d / w, in an arc.
 
-        s is the mean steering angle in the arc (rad).
+        d is the length of the arc (m), w its angle (rad), and s the mean steering angle (rad).
         """
         angles = window.joints.mean(axis=0) - self._straight_angles
         steering = [i for i in self._driven if abs(angles[i]) > STEERED and self._may_steer(i)]
@@ -125,10 +124,7 @@ class WheelMeter:
         return not is_wheel and self._robot.description.joints[name].type != "prismatic"
 
     def _is_steered(self, index: int) -> bool:
-        """Return whether the wheel is mounted on another revolute joint, which may steer it.
-
-        Prismatic joints do not count, because they are suspensions.
-        """
+        """Return whether another revolute joint carries the wheel and may steer it; prismatic joints are suspensions."""
         description = self._robot.description
         above = description.carriers(description.joints[self._names[index]].parent)
         return any(carrier.type in TURNING and carrier.name in self._names for carrier in above)
@@ -146,7 +142,10 @@ class WheelMeter:
     @property
     def wheels(self) -> tuple[DrivenWheel, ...]:
         """The driven wheels, in the order of their joints in the articulation."""
-        return tuple(self._figures())
+        if self.oblique:
+            return tuple(DrivenWheel(self._names[index], radius) for index, radius in self._omni_radii().items())
+        sides: dict[int, Side] = {index: "left" if self._offset(index) > 0.0 else "right" for index in self._offsets}
+        return tuple(DrivenWheel(self._names[i], abs(self._radius(i)), sides.get(i, "")) for i in sorted(self._radii))
 
     @property
     def oblique(self) -> bool:
@@ -160,7 +159,7 @@ class WheelMeter:
         return [index for index in self._driven if most[index] > SHARE * fastest]
 
     def _omni_radii(self) -> dict[int, float]:
-        """Return the rolling radius of each omni wheel by its index, m; empty if the test drives do not determine them."""
+        """Return a dict from indices of omni wheels to rolling radii, m; empty if the test drives do not determine them."""
         wheels = self._turning()
         motions, angles = (np.array(rows) for rows in zip(*self._samples, strict=True))
         radii = rolling_radii(motions, angles[:, wheels], self._directions(wheels))
@@ -169,16 +168,6 @@ class WheelMeter:
     def _directions(self, wheels: Sequence[int]) -> Floats:
         return rolling_directions([self._axes[self._names[index]] for index in wheels])
 
-    def _figures(self) -> Iterator[DrivenWheel]:
-        if self.oblique:
-            yield from (DrivenWheel(self._names[index], radius) for index, radius in self._omni_radii().items())
-            return
-        for index in sorted(self._radii):
-            wheel = DrivenWheel(self._names[index], abs(self._radius(index)))
-            if index in self._offsets:
-                wheel = replace(wheel, side="left" if self._offset(index) > 0.0 else "right")
-            yield wheel
-
     @property
     def radius(self) -> float | None:
         """Mean rolling radius, m."""
@@ -186,7 +175,7 @@ class WheelMeter:
 
     @property
     def track(self) -> float | None:
-        """Effective distance between left and right wheels in slow arcs, or else in turns, m; None if all are on one side."""
+        """Effective distance between left and right wheels in slow arcs, or else in turns, m; None if one side has no wheels."""
         if self.oblique:
             return None
         offsets = [self._offset(index) for index in self._offsets]
@@ -200,11 +189,11 @@ class WheelMeter:
 
     @property
     def has_several_axles(self) -> bool:
-        """Whether the driven wheels, which are not steered, stand on several axles: a base with such wheels is skid-steered."""
+        """Whether the unsteered driven wheels stand on several axles, as in a skid-steered base."""
         return _length(self._robot, [self._names[index] for index in self._offsets]) > 1e-3
 
     def slip(self, motion: Motion, *, omni: bool) -> float | None:
-        """Return the slip in a test drive: 1 - true motion / motion computed from the wheel angles; None if it is unknown.
+        """Return the slip in a test drive: 1 - true motion / motion by the wheel angles; None if the slip is unknown.
 
         The computed motion uses the wheel radii and positions in the robot description.
 
@@ -244,7 +233,7 @@ class WheelMeter:
         return 1.0 - actual / computed if computed and motion.kind != "sideways" else None
 
     def _described_radius(self, index: int) -> float:
-        """Return the wheel radius in the robot description, m; NaN if the description does not contain it, or models rollers."""
+        """Return the wheel radius in the robot description, m; NaN without a radius, or if the description models rollers."""
         if self._names[index] in self._on_rollers:
             return math.nan
         return self._robot.wheel_radii.get(self._names[index], math.nan)
@@ -257,7 +246,7 @@ class WheelMeter:
         return distance + _length(self._robot, [joint.name for joint in joints])
 
     def notes(self) -> list[str]:
-        """Return notes that say which of radius, slip and track could not be measured, and why."""
+        """Return a note with the reason for each of radius, slip and track that was not measured."""
         if not self._radii:
             return ["wheel radius: no driven joint turns while the robot drives straight"]
         missing = []

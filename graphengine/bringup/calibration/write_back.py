@@ -1,4 +1,4 @@
-"""Writes measured values into a robot's graph and robot files; only the numbers in their text are edited."""
+"""Writes measured values into a robot's graph and robot files; it changes only numbers in their text."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from graphengine.format.files import near
 from graphengine.format.yaml_patch import PatchError, set_value
 
 SLIPPING = 0.2
-"""Maximum slip of straight motions for which rolling radius, track and wheel base are written; larger slip distorts them."""
+"""Maximum slip of straight motions at which rolling radius, track and wheel base are written; larger slip distorts them."""
 SAME = 5e-4
-"""Maximum relative difference between the measured value and the value in the file for which the file is not changed."""
+"""Maximum relative difference between the measured value and the value in the file at which the file does not change."""
 LEAST = 1e-12
-"""Smallest measured value that is written; smaller values are rounding noise."""
+"""Smallest measured value to write; smaller values are rounding noise."""
 _REMEDY = "copy the file into your project, use the copy in your robot file or scene, and calibrate that scene"
 _PARAMETER = re.compile(r"\$\(([^$()]*)\)")
 _COVARIANCES = {
@@ -65,11 +65,11 @@ def write_figures(scene: Scene, calibration: Calibration) -> tuple[list[Change],
     """Write the measured wheel radius, track, wheel base and covariances into the files that set these inputs.
 
     Returns:
-        The changes made, and notes on inputs that could not be written.
+        The changes, and notes on inputs that were not written.
 
     Raises:
         OSError: a file cannot be read or written; no file has changed.
-        UsageError: a radius, track or wheel base is in a file that ships with the package; no file has changed.
+        UsageError: a file that ships with the package sets a radius, track or wheel base; no file has changed.
     """
     found, notes = find_changes(scene, calibration)
     changes = [change for change in found if not _ships(scene, change)]
@@ -93,12 +93,12 @@ def write_figures(scene: Scene, calibration: Calibration) -> tuple[list[Change],
 
 
 def write_input(scene: Scene, robot: str, name: str, value: float, comment: str) -> bool:
-    """Write a number into the robot's file that sets an input of its graphs; return whether a file sets it.
+    """Write a number into the robot's file that sets an input of its graphs; return whether the number was written.
 
     Args:
         scene: scene with the robot.
         robot: name of the robot.
-        name: name of the input, which is no array.
+        name: name of the input; its value is a scalar.
         value: new value.
         comment: comment beside the value.
     """
@@ -118,7 +118,7 @@ def write_input(scene: Scene, robot: str, name: str, value: float, comment: str)
 
 
 def find_changes(scene: Scene, calibration: Calibration) -> tuple[list[Change], list[str]]:
-    """Return a change for each input whose value differs from the measured one, and notes on inputs that cannot be written."""
+    """Return a change for each input whose value differs from the measurement, and notes on inputs that cannot be written."""
     file = world_of(scene).robots[calibration.robot].file
     changes: dict[tuple[Path, Location], Change] = {}
     notes = []
@@ -153,7 +153,7 @@ def find_changes(scene: Scene, calibration: Calibration) -> tuple[list[Change], 
 
 
 def _wanted(scene: Scene, result: Calibration) -> Iterator[tuple[Graph, Instance, str, int | None, float, float]]:
-    """Yield each input that a measurement can replace, as (graph, node, input, array index or None, old value, new value)."""
+    """Yield each input with a measured value, as (graph, node, input, array index or None, old value, new value)."""
     figures = {
         **dict.fromkeys(("wheelRadius", "frontWheelRadius", "backWheelRadius"), result.wheel_radius),
         **dict.fromkeys(("wheelDistance", "trackWidth"), result.track),
@@ -189,9 +189,9 @@ def _without_factors(track: float, inputs: Mapping[str, Any], result: Calibratio
 
 
 def _covariances(scene: Scene, result: Calibration, graph: Graph) -> Covariances:
-    """Return the covariances measured for the graph's odometry topic; if it publishes no odometry, for any topic of the robot.
+    """Return the covariances of the graph's odometry topic; if the graph publishes no odometry, of any topic of the robot.
 
-    Of several topics, the one with the largest variance of the distance counts.
+    Of several topics, the topic with the largest variance of the distance counts.
     """
     topics = {claim.topic for claim in scene.topics if claim.direction == "publish" and claim.graph == graph.name}
     own = [one for one in result.odometry if one.topic in topics] or list(result.odometry)
@@ -200,9 +200,9 @@ def _covariances(scene: Scene, result: Calibration, graph: Graph) -> Covariances
 
 
 def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, file: RobotFile) -> _Place | None:
-    """Return the place in the robot's files that sets an input to a number; None if no file does.
+    """Return the file, and the location in it, that set an input to a number; None if no file does.
 
-    For covariances that no file sets, return the place in the graph file at which to add the input.
+    For covariances that no file sets, return the location in the graph file at which to add the input.
     """
     entry = instance.entry
     if name in entry.given or f"inputs:{name}" in entry.given:
@@ -220,7 +220,7 @@ def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, 
 def _lead_out(
     document: Document, location: Location, index: int | None, graph: Graph, around: list[str], file: RobotFile
 ) -> _Place | None:
-    """Follow graph parameters from a location in a graph file to the number they refer to, and return the number's place.
+    """Follow graph parameters from a location in a graph file to a number; return the file and the location of the number.
 
     Args:
         document: file to start in.
@@ -231,7 +231,7 @@ def _lead_out(
         file: the robot file, which may set parameters of the graph.
 
     Returns:
-        The place of the number, or the place at which the robot file can set the parameter; None if there is no such place.
+        The file and the location of the number, or those at which the robot file can set the parameter; None without either.
     """
     value = document.find(*location)
     data = value.data if value is not None else None

@@ -26,7 +26,7 @@ Z_HIT, Z_RAND, SIGMA_HIT, MAX_DISTANCE = 0.5, 0.5, 0.2, 2.0
 class LikelihoodField:
     """The contribution of a beam to the score of a scan, for each cell in which the beam can end.
 
-    The map is padded, so that `shift` can move the flat index of a cell in all directions.
+    The map has padding, because `shift` moves the flat index of a cell in all directions.
 
     Attributes:
         cell: side of a cell, m.
@@ -43,14 +43,14 @@ class LikelihoodField:
     score: Singles
 
     def index(self, rows: Indices, columns: Indices) -> Indices:
-        """Return flat indices of map cells; cells outside the map are moved to its padding, where no obstacle is near."""
+        """Return flat indices of map cells; cells outside the map get indices in the padding, where no obstacle is near."""
         edge, (high, wide) = self.pad // 2, self.score.shape
         flat: Indices = np.clip(rows + self.pad, edge, high - 1 - edge) * wide
         flat += np.clip(columns + self.pad, edge, wide - 1 - edge)
         return flat
 
     def shift(self, rows: Indices, columns: Indices) -> Indices:
-        """Return the number to add to a flat index for a displacement by rows and columns."""
+        """Return the difference of flat indices for a displacement by rows and columns."""
         moved: Indices = rows * self.score.shape[1] + columns
         return moved
 
@@ -69,8 +69,8 @@ def likelihood_field(chart: OccupancyMap, max_range: float) -> LikelihoodField:
 def distances(occupied: Bools, most: int) -> Floats:
     """Return the distance of each cell from the nearest occupied cell, in cells.
 
-    Distances up to `most` are exact; greater distances are only known to be greater than `most`. The squared distance of a cell
-    is the minimum, over the columns of its row, of the squared step to the column plus the squared distance within the column.
+    Distances up to `most` are exact; for a greater distance, the result is some number above `most`. The squared distance of a
+    cell is the minimum, over the columns of its row, of the squared step to the column plus the squared distance in the column.
     """
     rows, columns = occupied.shape
     number = np.arange(rows)[:, None]

@@ -43,7 +43,7 @@ LARGEST_CELL = 0.5
 REACH, STEP = 1.0, 0.1
 """Largest distance of a nearby pose from the true pose, and spacing of the nearby poses that are compared, m."""
 OFF, TURNED = 0.3, 0.1
-"""Distance (m) and angle (rad) from the true pose; a nearby pose that differs less does not count as another pose."""
+"""Minimum distance (m) or angle (rad) between the true pose and another nearby pose."""
 _TURNS = (0.0, -0.025, 0.025, -0.05, 0.05, -TURNED, TURNED)
 MOST_PLACES = 20_000
 """Maximum number of places at which `graphrun map --localizability` tests the localization."""
@@ -100,7 +100,7 @@ def localizability(
 
     Args:
         chart: the map.
-        lidar: the lidar; as in AMCL, about BEAMS of its beams are used.
+        lidar: the lidar; the scans have about BEAMS of its beams, as in AMCL.
         radius: smallest distance of the lidar from obstacles, m; closer places are left out.
         spacing: distance between places, m; it is rounded to a multiple of the cell size.
         scans: number of scans whose likelihoods are multiplied for the ambiguity.
@@ -114,9 +114,8 @@ def localizability(
     if scans < 1 or not 0.0 < alpha < math.inf:
         raise UsageError(f"scans is {scans} and alpha is {alpha:g}: write numbers above 0")
     if chart.grid.cell > LARGEST_CELL:
-        raise UsageError(
-            f"cells of {chart.grid.cell:g} m are too large to compare poses; use cells of at most {LARGEST_CELL} m"
-        )
+        advice = f"use cells of at most {LARGEST_CELL} m"
+        raise UsageError(f"cells of {chart.grid.cell:g} m are too large to compare poses; {advice}")
     field = likelihood_field(chart, lidar.far)
     stride = max(1, round(spacing / chart.grid.cell))
     inner = slice(field.pad, -field.pad)
@@ -127,9 +126,8 @@ def localizability(
     if not len(rows):
         raise UsageError(f"the map has no free place that is {radius:.2g} m from all obstacles")
     if len(rows) > MOST_PLACES:
-        raise UsageError(
-            f"{len(rows)} places are too many; use a larger spacing or smaller bounds for at most {MOST_PLACES} places"
-        )
+        advice = f"use a larger spacing or smaller bounds for at most {MOST_PLACES} places"
+        raise UsageError(f"{len(rows)} places are too many; {advice}")
     rays = lidar.rays(BEAMS, HEADINGS)
     window = lidar.window(rays, HEADINGS)
     ranges = cast(field, rows, columns, rays, lidar)
@@ -177,7 +175,7 @@ class _Nearby:
             row: row of the cell.
             column: column of the cell.
             ranges: ranges of the rays of a full circle at the cell, m; NaN for no return.
-            window: 1 for each ray that is in the field of view at a heading, else 0, shape (rays, headings).
+            window: 1 for each ray in the field of view at a heading, else 0, shape (rays, headings).
         """
         field, rays = self._field, len(ranges)
         met = np.isfinite(ranges)

@@ -60,9 +60,8 @@ def summary(result: Localizability) -> str:
         ("ambiguous with another place", result.far > GOOD_AMBIGUITY),
     ):
         if bad.any():
-            lines.append(
-                f"{_percent(bad)} of the free space is {words}: {'; '.join(_regions(result, bad.mean(axis=1) >= 0.25))}"
-            )
+            regions = "; ".join(_regions(result, bad.mean(axis=1) >= 0.25))
+            lines.append(f"{_percent(bad)} of the free space is {words}: {regions}")
     return "\n".join(lines)
 
 
@@ -71,7 +70,7 @@ def _percent(which: Bools) -> str:
 
 
 def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
-    """Yield texts with the extents of the largest connected regions of the places that are `bad`."""
+    """Yield texts with the extents of the largest connected regions of `bad` places."""
     low = result.places.min(axis=0)
     cells = np.rint((result.places - low) / result.spacing).astype(np.intp)
     plan = np.zeros(cells.max(axis=0)[::-1] + 1, np.bool_)
@@ -85,10 +84,8 @@ def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
     regions.sort(key=lambda region: -int(region.sum()))
     for region in regions[:REGIONS]:
         rows, columns = np.nonzero(region)
-        (west, east), (south, north) = (
-            (low[axis] + result.spacing * (index.min() - 0.5), low[axis] + result.spacing * (index.max() + 0.5))
-            for axis, index in ((0, columns), (1, rows))
-        )
+        west, south = low + result.spacing * (np.array([columns.min(), rows.min()]) - 0.5)
+        east, north = low + result.spacing * (np.array([columns.max(), rows.max()]) + 0.5)
         yield f"x {west:.1f} to {east:.1f}, y {south:.1f} to {north:.1f} m ({len(rows)} places)"
     if not regions:
         yield "scattered"
@@ -99,8 +96,8 @@ def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
 def _table(result: Localizability) -> bytes:
     """Return a CSV table with a row for each place.
 
-    Each of spread, near ambiguity and far ambiguity is the largest value over all headings. Heading and alias are those of the
-    largest far ambiguity.
+    Spread, near ambiguity and far ambiguity are the largest values over all headings. Heading and alias belong to the largest far
+    ambiguity.
     """
     buffer = io.StringIO()
     rows = csv.writer(buffer, lineterminator="\n")
@@ -152,8 +149,6 @@ def _picture(result: Localizability, chart: OccupancyMap) -> bytes:
 
 def _colour(badness: float) -> tuple[int, int, int]:
     """Return a colour on a scale from green (0) over yellow (0.5) to red (1)."""
-    red, green, blue = (
-        round(float(np.interp(badness, (0.0, 0.5, 1.0), [colour[part] for colour in (_GREEN, _YELLOW, _RED)])))
-        for part in range(3)
-    )
+    channels = zip(_GREEN, _YELLOW, _RED, strict=True)
+    red, green, blue = (round(float(np.interp(badness, (0.0, 0.5, 1.0), each))) for each in channels)
     return red, green, blue

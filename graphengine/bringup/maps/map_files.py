@@ -1,9 +1,9 @@
 """Writes the image and the YAML file that Nav2's map_server reads.
 
-Occupied cells are black, free cells white, and unknown cells grey: the brightness 127 gives p = 1 - 127/255 = 0.502, which is
-between `free_thresh` and `occupied_thresh`. (The usual 205 of map savers gives p = 0.19608. This is only 0.00008 above a
-free_thresh of 0.196, and below a free_thresh of 0.25, as newer maps have it, so that map_server reads unknown cells as free.)
-The image does not have an alpha channel, because map_server would read the alpha as "unknown".
+Occupied cells are black, free cells white, and unknown cells grey: the brightness 127 gives p = 1 - 127/255 = 0.502, between
+`free_thresh` and `occupied_thresh`. (The usual 205 of map savers gives p = 0.19608, only 0.00008 above a free_thresh of 0.196.
+With a free_thresh of 0.25, as in newer maps, map_server would read unknown cells as free.) The image does not have an alpha
+channel, because map_server would read the alpha as "unknown".
 
 Isaac Sim's convention differs in three points. The height range is rounded outwards to cells, and then extended by half a cell on
 both sides. The image has an alpha of 255. The origin is the centre of the lower left cell, although map_server takes it as the
@@ -59,7 +59,7 @@ def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention
 def map_files(
     chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros"
 ) -> dict[Path, bytes]:
-    """Return the contents of the image file and the YAML file, by the paths at which `write_map` would write them.
+    """Return a dict from the paths of the image and the YAML file of `write_map` to their contents.
 
     Raises:
         UsageError: a PGM is requested in Isaac Sim's convention.
@@ -72,7 +72,7 @@ def map_files(
 
 
 def _image(chart: OccupancyMap, image: Format, convention: Convention) -> bytes:
-    """Return the encoded image of a map; its upper edge is north."""
+    """Return the encoded image of a map with north at the top."""
     pixels = np.empty(chart.cells.shape, np.uint8)
     for state, brightness in BRIGHTNESS.items():
         pixels[chart.cells == state] = brightness
@@ -99,7 +99,7 @@ def _yaml(chart: OccupancyMap, image: str) -> str:
 
 
 def _isaac_yaml(chart: OccupancyMap, image: str) -> str:
-    """Return the YAML text that Isaac Sim's map generator shows for a map; it ends without a newline."""
+    """Return the YAML text of Isaac Sim's map generator, without a newline at the end."""
     grid = chart.grid
     x, y = grid.centre(0, 0)
     name = yaml.safe_dump(image, allow_unicode=True, width=math.inf).splitlines()[0]

@@ -23,15 +23,15 @@ LEVEL = math.radians(10)
 def robot_lidar(
     world: Simulation, robots: Mapping[str, RobotInstance], robot: str | None = None, lidar: str | None = None
 ) -> tuple[PlanarLidar, float]:
-    """Return a planar lidar that describes a robot's lidar as it is mounted, and the inscribed radius of the robot, m.
+    """Return a planar lidar that describes the mounted lidar of a robot, and the inscribed radius of the robot, m.
 
     Of a 3D lidar, only the ring closest to the lidar's xy plane is used.
 
     Args:
         world: physics of the scene.
         robots: robots of the scene by name.
-        robot: name of the robot; None for the first robot.
-        lidar: path of the lidar's prim; None for the robot's only lidar.
+        robot: name of the robot; None chooses the first robot.
+        lidar: path of the lidar's prim; None chooses the robot's only lidar.
 
     Raises:
         PrimError: no prim is at the path `lidar`.
@@ -49,9 +49,8 @@ def robot_lidar(
     tilt, facts = tilt_of(turn), prim.facts
     elevation = min(facts["elevations"], key=abs)
     if min(tilt, math.pi - tilt) + abs(elevation) > LEVEL:
-        raise UsageError(
-            f"{prim.path}: the beams are not level, so they cannot be compared with a map; choose another lidar"
-        )
+        reason = "the beams are not level, so they cannot be compared with a map"
+        raise UsageError(f"{prim.path}: {reason}; choose another lidar")
     first, last, step = facts["angles"]
     begin = yaw_of(turn) + (first if tilt < math.pi / 2 else -last)  # an inverted lidar scans clockwise
     field = last - first
@@ -61,7 +60,7 @@ def robot_lidar(
 
 
 def _lidar(stage: Stage, robot: RobotInstance, path: str | None) -> Prim:
-    """Return the prim of the lidar at a path, or of the robot's only lidar if the path is None."""
+    """Return the lidar at a path; the robot's only lidar if the path is None."""
     if path is not None:
         prim = stage.find(path)
         if prim.kind != "lidar":
@@ -72,9 +71,8 @@ def _lidar(stage: Stage, robot: RobotInstance, path: str | None) -> Prim:
     if len(lidars) == 1:
         return lidars[0]
     if not lidars:
-        raise UsageError(
-            f"{robot.name} has no lidar; add one to its robot file, for example sensors: {{lidar: {{type: lidar}}}}"
-        )
+        example = "sensors: {lidar: {type: lidar}}"
+        raise UsageError(f"{robot.name} has no lidar; add one to its robot file, for example {example}")
     raise UsageError(f"{robot.name} has {len(lidars)} lidars; choose one: {', '.join(prim.path for prim in lidars)}")
 
 

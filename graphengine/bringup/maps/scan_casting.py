@@ -11,7 +11,7 @@ from graphengine.bringup.maps.likelihood_field import LikelihoodField
 from graphengine.descriptions.engine import Floats, Indices
 
 _AT_ONCE = 64
-"""Number of steps that all pending rays take at a time; then the rays that hit an obstacle are finished."""
+"""Number of steps that all rays take before those that have hit an obstacle are finished."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,11 @@ class PlanarLidar:
     far: float
 
     def rays(self, beams: int, headings: int) -> int:
-        """Return a number of rays for a full circle: a multiple of `headings`, with about `beams` rays in the field of view."""
+        """Return the number of rays of a full circle with about `beams` rays in the field of view: a multiple of `headings`."""
         return headings * max(1, round(beams * math.tau / self.field / headings))
 
     def window(self, rays: int, headings: int) -> Floats:
-        """Return which rays of a full circle are in the field of view at each heading, 1 or 0, shape (rays, headings)."""
+        """Return 1 for each ray of a full circle in the field of view at a heading, else 0, shape (rays, headings)."""
         count = min(rays, math.floor(self.field / math.tau * rays + 1e-6) + 1)
         first = round(self.first / math.tau * rays)
         seen = np.zeros((rays, headings))
@@ -54,7 +54,7 @@ def cast(field: LikelihoodField, rows: Indices, columns: Indices, rays: int, lid
         rows: row of each cell from whose centre rays are cast.
         columns: column of each of these cells.
         rays: number of rays per cell.
-        lidar: lidar whose nearest and farthest distance limit the distances.
+        lidar: lidar that reports distances from its smallest to its largest distance.
 
     Returns:
         Distances, shape (cells, rays).

@@ -1,9 +1,9 @@
 """Finds the pose in a map, other than the true pose, at which a scan fits best.
 
-A coarse search compares a scan with all places of the map at once. The scan is a table of rays and range bins of half a metre,
-with a 1 in the bin of each ray's range. A place is a table of the likelihood field at the point of each ray and bin. The circular
-correlation of the two tables over the rays, computed by Fourier transforms, scores all rotations of the scan at the place. Then
-the best places, at most one per square of TILE metres, are refined with the scores of the likelihood field.
+A coarse search compares a scan with all places of the map at once. The table of a scan has rays and range bins of half a metre,
+with a 1 in the bin of each ray's range. The table of a place has the likelihood field at the point of each ray and bin. The
+circular correlation of the two tables over the rays, computed by Fourier transforms, scores all rotations of the scan at the
+place. Then the best places, at most one per square of TILE metres, are refined with the scores of the likelihood field.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ Spectra = NDArray[np.complex64]
 FARTHEST, BIN = 10.0, 0.5
 """Largest range in the coarse search, and width of its range bins, m."""
 BLUR = 0.3
-"""Distance by which maxima of the likelihood field are widened in all directions for the coarse search, m."""
+"""Distance by which the coarse search widens maxima of the likelihood field in all directions, m."""
 TILE, CANDIDATES = 1.5, 6
 NEAR, TURNED = 1.0, 0.15
-"""Distance (m) and angle (rad) from the true pose up to which poses are excluded from the search."""
+"""Distance (m) and angle (rad) from the true pose up to which the search excludes poses."""
 _BLOCK = 32
 
 
@@ -39,7 +39,7 @@ class ScanMatcher:
             rows: rows of the places.
             columns: columns of the places.
             ranges: ranges of the rays of a full circle, m, NaN for no return, shape (places, rays).
-            window: 1 for each ray that is in the field of view at a heading, else 0, shape (rays, headings).
+            window: 1 for each ray in the field of view at a heading, else 0, shape (rays, headings).
         """
         self._field, self._rows, self._columns, self._ranges, self._window = field, rows, columns, ranges, window
         self._rays = ranges.shape[1]
@@ -54,7 +54,7 @@ class ScanMatcher:
     def best_other(self, place: int) -> tuple[Floats, Floats]:
         """Return, for each heading at a place, the best other pose and the likelihood ratio of one scan at that pose.
 
-        Call this in ascending order of places.
+        The caller must proceed in ascending order of places.
 
         Returns:
             Ratios, shape (headings,), and poses as column, row and heading (rad), shape (headings, 3); NaN without another pose.
@@ -75,7 +75,7 @@ class ScanMatcher:
         return likelihood[best, np.arange(headings)] / true, np.stack([columns[best], rows[best], angle], axis=1)
 
     def _transforms(self) -> tuple[Spectra, Spectra]:
-        """Return the Fourier transforms over the rays of the tables of all places, and the conjugated ones of all scans.
+        """Return the Fourier transforms over the rays of all places' tables, and the conjugates of those of all scans' tables.
 
         Both have the shape (frequencies, places, bins).
         """
@@ -98,7 +98,7 @@ class ScanMatcher:
         return first, np.conj(second)
 
     def _search(self, first: int) -> tuple[Indices, Indices]:
-        """Return the candidate poses for a block of scans from the coarse search, best first.
+        """Return the candidate poses of the coarse search for a block of scans, best first.
 
         Args:
             first: index of the first scan of the block.
@@ -129,7 +129,7 @@ class ScanMatcher:
         return chosen, np.take_along_axis(turn, np.maximum(chosen, 0), axis=1)
 
     def _refined(self, place: int, met: Bools) -> tuple[Indices, Indices, Floats, Singles]:
-        """Return rows, columns and rotations (rad) of a scan's candidates after refinement, and the scores of their rays.
+        """Return the refined rows, columns and rotations (rad) of a scan's candidates, and the scores of their rays.
 
         Each refinement compares poses that are up to `reach` steps of `step` cells and up to `count` rotations of `turn` (rad)
         away.

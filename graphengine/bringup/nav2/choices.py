@@ -19,14 +19,14 @@ REACHED, FACING, COARSE = 0.15, 0.1, 0.2
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """How Nav2 is to drive; the defaults are those of `graphrun nav2 files`.
+    """Options for Nav2's files, with the defaults of `graphrun nav2 files`.
 
     Attributes:
         distribution: the ROS 2 distribution.
         busy: whether timeouts and rates tolerate a machine on which the simulation and Nav2 compete for the processor.
-        controller: Nav2's controller; None takes DWB, or regulated pure pursuit for a car.
-        xy_tolerance: distance from a goal at which it is reached, m; None takes the default.
-        yaw_tolerance: angle from a goal at which it is reached, rad; None takes the default of the controller.
+        controller: Nav2's controller; None chooses DWB, or regulated pure pursuit for a car.
+        xy_tolerance: maximum distance from a reached goal, m; None chooses the default.
+        yaw_tolerance: maximum angle from a reached goal, rad; None chooses the default of the controller.
     """
 
     distribution: Distro = JAZZY
@@ -51,13 +51,13 @@ class Choices:
         return self.controller or ("rpp" if limits.car else "dwb")
 
     def reached(self) -> Sourced[float]:
-        """Return the distance from a goal at which it is reached, m."""
+        """Return the maximum distance from a reached goal, m."""
         if self.xy_tolerance is not None:
             return Sourced(self.xy_tolerance, "--xy-tolerance")
         return Sourced(REACHED, "smaller than 0.25 in Nav2's parameter file, because the localization error adds to it")
 
     def facing(self, limits: MotionLimits) -> Sourced[float]:
-        """Return the angle from a goal at which it is reached, rad."""
+        """Return the maximum angle from a reached goal, rad."""
         if self.yaw_tolerance is not None:
             return Sourced(self.yaw_tolerance, "--yaw-tolerance")
         if self.controller_for(limits) == "dwb":

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 from graphengine.api.scene import Scene, loaded_of, world_of
@@ -22,11 +23,11 @@ MOST_SPEED, MOST_TURN = 1.0, 1.5
 MOST_ACCELERATION, MOST_TURN_ACCELERATION = 2.5, 3.2
 """Linear (m/s2) and angular (rad/s2) acceleration for robots whose limits are unknown, from Nav2's own parameter file."""
 GRIP = 0.5
-"""Largest acceleration and deceleration that the friction of the wheels allows, as a share of gravity."""
+"""Largest acceleration and deceleration by the friction of the wheels, as a share of gravity."""
 FOLLOWS = 0.95
-"""Share of a commanded velocity that a robot reaches if it follows its commands; a smaller share lowers its limits."""
+"""Share of a commanded velocity below which the robot's limits are lowered to the reached velocity."""
 SHARE_OF_FORCE = 0.8
-"""Share of the drives' force that accelerates the robot; the rest overcomes friction."""
+"""Share of the drives' force for the acceleration of the robot; the rest overcomes friction."""
 
 _CONTROLLERS: dict[str, Kinematics] = {
     "isaacsim.robot.wheeled_robots.DifferentialController": "differential",
@@ -37,7 +38,7 @@ _CONTROLLERS: dict[str, Kinematics] = {
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Motion limits of a robot; each limit comes with the source of its value.
+    """Motion limits of a robot, each with the source of its value.
 
     Attributes:
         kinematics: `differential`, `omni` or `ackermann`.
@@ -76,47 +77,42 @@ def motion_limits(scene: Scene, robot: RobotInstance, graphs: Collection[str]) -
         robot: a robot of the scene.
         graphs: names of the robot's graphs.
     """
-    inputs = _Inputs(
-        [graph for graph in loaded_of(scene).planned if graph.name in graphs or graph.name.startswith(f"{robot.name}/")]
+    own = f"{robot.name}/"
+    planned = [one for one in loaded_of(scene).planned if one.name in graphs or one.name.startswith(own)]
+    inputs = partial(_inputs, planned)
+    kinematics = _kinematics(planned)
+    radius, base, track, steering = (
+        next(iter(inputs(*names)), None)
+        for names in (_RADIUS, ("wheelBase",), ("wheelDistance", "trackWidth"), ("maxWheelRotation",))
     )
-    kinematics = inputs.kinematics()
-    radius, base, track = (inputs.first(*names) for names in (_RADIUS, ("wheelBase",), ("wheelDistance", "trackWidth")))
     at_rim: list[Sourced[float]] = []
     if radius is not None:
-        turned = inputs.limits("maxWheelSpeed", "maxWheelVelocity")
+        turned = inputs("maxWheelSpeed", "maxWheelVelocity")
         how = "times the wheel's radius, m/s at the rim"
         at_rim = [Sourced(one.value * radius.value, f"{one.source} {how}") for one in turned]
     at_rim += _rim_speeds(robot)
-    speed = _least([*inputs.limits("maxLinearSpeed"), *at_rim, Sourced(MOST_SPEED, "limit for indoor driving")])
-    steering = inputs.first("maxWheelRotation")
+    speed = _least([*inputs("maxLinearSpeed"), *at_rim, Sourced(MOST_SPEED, "limit for indoor driving")])
     turning_radius = Sourced(0.0, "the robot turns on the spot")
     if kinematics.value == "ackermann" and base is not None:
         turning_radius = _turning_radius(base, steering, track)
-    turns = [*inputs.limits("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
+    turns = [*inputs("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
     if turning_radius.value:
         turns.append(Sourced(speed.value / turning_radius.value, "speed divided by the turning radius"))
     elif track is not None:
-        turns.append(
-            Sourced(2.0 * speed.value / track.value, f"speed of the wheels divided by half the track ({track.source})")
-        )
+        why = f"speed of the wheels divided by half the track ({track.source})"
+        turns.append(Sourced(2.0 * speed.value / track.value, why))
     push = _acceleration_by_force(scene, robot)
-    acceleration = _least([*inputs.limits("maxAcceleration", "acceleration"), *push, _DEFAULT])
-    deceleration = _least([*inputs.limits("maxDeceleration"), *push, Sourced(MOST_ACCELERATION, acceleration.source)])
+    acceleration = _least([*inputs("maxAcceleration", "acceleration"), *push, _DEFAULT])
+    deceleration = _least([*inputs("maxDeceleration"), *push, Sourced(MOST_ACCELERATION, acceleration.source)])
     lever = track.value / 2.0 if track is not None else 0.2
-    turn_accelerations = [
-        *inputs.limits("maxAngularAcceleration"),
-        Sourced(
-            acceleration.value / lever, f"acceleration of the wheels ({acceleration.source}) divided by half the track"
-        ),
-        Sourced(MOST_TURN_ACCELERATION, f"{NAV2}; the graphs have no limit"),
-    ]
-    return MotionLimits(
-        kinematics, speed, _least(turns), acceleration, deceleration, _least(turn_accelerations), turning_radius
-    )
+    by_wheels = f"acceleration of the wheels ({acceleration.source}) divided by half the track"
+    bounds = [Sourced(acceleration.value / lever, by_wheels), _DEFAULT_TURN]
+    turning = _least([*inputs("maxAngularAcceleration"), *bounds])
+    return MotionLimits(kinematics, speed, _least(turns), acceleration, deceleration, turning, turning_radius)
 
 
 def reached(limits: MotionLimits, calibration: Calibration) -> tuple[MotionLimits, list[str]]:
-    """Return limits that are lowered to the velocities that the robot reaches in a calibration, and notes about each change.
+    """Return the limits, lowered to the velocities that the robot reaches in a calibration, and a note on each change.
 
     Args:
         limits: limits of the commands.
@@ -125,12 +121,8 @@ def reached(limits: MotionLimits, calibration: Calibration) -> tuple[MotionLimit
     notes: list[str] = []
 
     def lowered(limit: Sourced[float], kind: Kind, name: str, unit: str) -> Sourced[float]:
-        found = [
-            motion.share
-            for motion in calibration.motions
-            if motion.kind == kind and (kind != "turn" or not motion.commanded.x)
-        ]
-        share = min(found, default=1.0)
+        alike = [motion for motion in calibration.motions if motion.kind == kind]
+        share = min((one.share for one in alike if kind != "turn" or not one.commanded.x), default=1.0)
         if not 0.0 < share < FOLLOWS:
             return limit
         notes.append(
@@ -145,33 +137,25 @@ def reached(limits: MotionLimits, calibration: Calibration) -> tuple[MotionLimit
 
 _RADIUS = ("wheelRadius", "backWheelRadius")
 _DEFAULT = Sourced(MOST_ACCELERATION, f"{NAV2}; the graphs have no limit")
+_DEFAULT_TURN = replace(_DEFAULT, value=MOST_TURN_ACCELERATION)
 
 
-class _Inputs:
-    """Unwired inputs of the controller nodes in a robot's graphs."""
+def _kinematics(graphs: Sequence[Graph]) -> Sourced[Kinematics]:
+    """Return the kinematics of the first wheel controller in the graphs; differential without a controller."""
+    for graph in graphs:
+        for instance in graph.instances:
+            if (kind := _CONTROLLERS.get(instance.cls.type_name)) is not None:
+                return Sourced(kind, _place(graph, instance))
+    return Sourced("differential", "assumed: the graphs have no wheel controller")
 
-    def __init__(self, graphs: list[Graph]) -> None:
-        self._graphs = graphs
 
-    def kinematics(self) -> Sourced[Kinematics]:
-        """Return the kinematics of the first controller in the graphs; differential if there is no controller."""
-        for graph in self._graphs:
-            for instance in graph.instances:
-                if (kind := _CONTROLLERS.get(instance.cls.type_name)) is not None:
-                    return Sourced(kind, _place(graph, instance))
-        return Sourced("differential", "assumed: the graphs have no wheel controller")
-
-    def limits(self, *names: str) -> list[Sourced[float]]:
-        """Return the absolute values of the inputs with these names; values of 0 mean no limit and are left out."""
-        return [
-            Sourced(number, f"{_place(graph, instance)}.{name}")
-            for graph, instance, name, number in numbers_named(self._graphs, *names)
-            if instance.cls.type_name in _CONTROLLERS
-        ]
-
-    def first(self, *names: str) -> Sourced[float] | None:
-        """Return the first absolute value other than 0 of the inputs with these names; None if there is no such value."""
-        return next(iter(self.limits(*names)), None)
+def _inputs(graphs: Sequence[Graph], *names: str) -> list[Sourced[float]]:
+    """Return the nonzero magnitudes of the unwired inputs of wheel controllers with these names; 0 stands for no limit."""
+    return [
+        Sourced(number, f"{_place(graph, instance)}.{name}")
+        for graph, instance, name, number in numbers_named(graphs, *names)
+        if instance.cls.type_name in _CONTROLLERS
+    ]
 
 
 def _place(graph: Graph, instance: Instance) -> str:
@@ -210,7 +194,7 @@ def _turning_radius(
 
 
 def _acceleration_by_force(scene: Scene, robot: RobotInstance) -> list[Sourced[float]]:
-    """Return the accelerations that the wheel drives and the grip of the wheels allow, m/s2; none if the drives have no limit."""
+    """Return the largest accelerations by the wheel drives and by the wheels' grip, m/s2; empty if the drives have no limit."""
     wheels = {name: radius for name, radius in robot.wheel_radii.items() if name in robot.drives}
     force = sum(robot.drives[name].max_force / radius for name, radius in wheels.items())
     if not wheels or not math.isfinite(force):

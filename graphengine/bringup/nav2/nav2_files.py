@@ -38,9 +38,9 @@ class Nav2Files:
     """The contents of the generated files, and notes for the user.
 
     Attributes:
-        contents: content of each file, by path relative to the output folder.
+        contents: a dict from paths, relative to the output folder, to the contents of the files.
         robots: properties of the robots that Nav2 drives.
-        notes: sentences about values that could not be determined.
+        notes: sentences about unknown values.
     """
 
     contents: dict[Path, bytes]
@@ -61,11 +61,11 @@ def nav2_files(
 
     Args:
         scene: the checked scene.
-        robots: names of the robots; empty takes all robots.
+        robots: names of the robots; empty for all robots.
         choices: distribution, controller, tolerances and machine.
         slam: whether slam_toolbox builds the map and localizes the robot, instead of map_server and AMCL.
         calibrated: whether to calibrate the robots, which measures AMCL's noise parameters and the speeds that they reach.
-        progress: function called with the name of the robot that is being calibrated and the completed share, 0 to 1.
+        progress: receives the name of the robot in calibration and the completed share, 0 to 1.
 
     Raises:
         CheckError: a robot has errors on the flat floor of its calibration.
@@ -80,9 +80,8 @@ def nav2_files(
     for place, robot in enumerate(chosen):
         kind = robot.placement.use.use
         if kind not in measured:
-            measured[kind] = (
-                calibrate(scene, robot.name, progress=partial(progress, robot.name)) if calibrated else None
-            )
+            told = partial(progress, robot.name)
+            measured[kind] = calibrate(scene, robot.name, progress=told) if calibrated else None
         if (result := measured[kind]) is not None:
             limits, slower = reached(facts[place].limits, result)
             facts[place] = replace(facts[place], limits=limits)
@@ -109,20 +108,19 @@ def nav2_files(
 
 
 def _alphas(result: Calibration | None, notes: list[str]) -> Sourced[Alphas]:
-    """Return AMCL's alphas as measured; without a calibration, or after a failed one, return small alphas for good odometry."""
+    """Return the measured alphas of AMCL; without a calibration, or if the robot did not move, small ones for good odometry."""
     if result is None:
         return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; not measured (--no-calibrate)")
     if not result.moves:
         note = f"{result.robot} did not move in its calibration: {'; '.join(result.notes)}"
         notes += [note] if note not in notes else []
         return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; the robot did not move in the calibration")
-    return Sourced(
-        amcl_alphas(result), "calibration of the robot; at least 0.01, because the particle filter needs some noise"
-    )
+    source = "calibration of the robot; at least 0.01, because the particle filter needs some noise"
+    return Sourced(amcl_alphas(result), source)
 
 
 def _map(scene: Scene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[Path, bytes]:
-    """Return the image and YAML file of the occupancy map, which shows obstacles up to the highest robot or scan plane."""
+    """Return the image and the YAML file of an occupancy map with obstacles up to the highest robot or scan plane."""
     scans = [scan.height for robot in robots for scan in robot.scans]
     window = scan_window(scans, [robot.height for robot in robots])
     floor = robots[0].floor
@@ -132,11 +130,12 @@ def _map(scene: Scene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[P
         made = make_map(world_of(scene), request)
     except NoObstaclesError:
         notes.append(f"the map is empty, {OPEN_FLOOR:g} m around the robots: AMCL cannot find a robot in it")
-        corners = [op(start[axis] for start in starts) for op in (min, max) for axis in (0, 1)]
-        west, south, east, north = (
-            value + sign * OPEN_FLOOR for value, sign in zip(corners, (-1, -1, 1, 1), strict=True)
+        xs, ys = zip(*starts, strict=True)
+        south_west, north_east = (
+            (min(xs) - OPEN_FLOOR, min(ys) - OPEN_FLOOR),
+            (max(xs) + OPEN_FLOOR, max(ys) + OPEN_FLOOR),
         )
-        made = make_map(world_of(scene), replace(request, bounds=((west, south), (east, north))))
+        made = make_map(world_of(scene), replace(request, bounds=(south_west, north_east)))
     return map_files(made, Path("map"), "pgm")
 
 

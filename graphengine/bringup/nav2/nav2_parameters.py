@@ -18,7 +18,7 @@ from graphengine.messages.distros import DISTROS
 
 Alphas = tuple[float, float, float, float, float]
 CIRCULAR = 0.95
-"""A footprint is a circle if its inscribed radius is at least this share of its circumscribed radius."""
+"""Minimum ratio of the inscribed to the circumscribed radius of a circular footprint."""
 PADDING = 0.02
 """Distance by which the footprint is enlarged, m."""
 CLEARANCE = 0.5
@@ -31,7 +31,7 @@ HORIZON = 2.8
 """Duration of the trajectories that MPPI simulates, s."""
 
 Values = dict[str, Any]
-"""Values by their names in the template; `Sourced` if the template does not name the source."""
+"""A dict from names in the template to values, as `Sourced` if the template does not name the source."""
 
 
 def nav2_parameters(robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas] | None, scene: str) -> str:
@@ -57,7 +57,7 @@ def nav2_parameters(robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas]
 
 
 def _facts(robot: RobotFacts, choices: Choices, *, slam: bool) -> Facts:
-    """Return the facts to which the conditions of the template refer."""
+    """Return the facts for the conditions of the template."""
     limits, (inner, outer) = robot.limits, robot.radii
     chosen = {choices.distribution, choices.controller_for(limits), limits.kinematics.value}
     return {
@@ -71,7 +71,7 @@ def _facts(robot: RobotFacts, choices: Choices, *, slam: bool) -> Facts:
 
 
 def _values(robot: RobotFacts, choices: Choices) -> Values:
-    """Return the values of the template, without those that depend on the map."""
+    """Return the values of the template, except those that depend on the map."""
     return {
         **_topics(robot),
         **_localization(robot),
@@ -140,7 +140,7 @@ def _costmaps(robot: RobotFacts, choices: Choices) -> Values:
 
 
 def _motion(robot: RobotFacts) -> Values:
-    """Return the motion limits, also as lists of x, y and yaw; those of y are 0 unless the base is omnidirectional."""
+    """Return the motion limits, also as lists of x, y and yaw, with 0 for y unless the base is omnidirectional."""
     limits = robot.limits
     speed, push, brake, turn_push = limits.speed, limits.acceleration, limits.deceleration, limits.turn_acceleration
     lists = {
@@ -173,11 +173,9 @@ def _mppi(robot: RobotFacts, choices: Choices) -> Values:
 def _pursuit(robot: RobotFacts) -> Values:
     radius = robot.limits.turning_radius
     ahead = max(0.6, round(1.2 * radius.value, 2))
-    by_radius = (
-        f"1.2 times the turning radius ({radius.source}), at least 0.6 m" if robot.limits.car else "RPP's default"
-    )
+    by_radius = f"1.2 times the turning radius ({radius.source}), at least 0.6 m"
     return {
-        "lookahead": Sourced(ahead, by_radius),
+        "lookahead": Sourced(ahead, by_radius if robot.limits.car else "RPP's default"),
         "farthest_lookahead": 2.0 * ahead,
         "regulated_radius": max(0.9, 1.5 * radius.value),
     }

@@ -1,7 +1,7 @@
 """Fills in a template of a ROS parameter file; each value gets a comment that names its source.
 
-A template has the lines of the file, with each value in one line. The comment beside a value names its source; a value without a
-comment is from Nav2's own parameter file. Some lines need values that the caller gives, or facts that hold:
+A template has the lines of the file, with each value on one line. The comment beside a value names its source; a value without a
+comment is from Nav2's own parameter file. The caller gives further values, and facts for conditions:
 
 | template | meaning |
 |---|---|
@@ -37,7 +37,7 @@ def parameter_lines(template: Sequence[str], given: Mapping[str, Any], facts: Fa
     Args:
         template: lines of the template.
         given: values, with their sources as `Sourced` unless the template has the source.
-        facts: facts to which conditions refer, and `busy`.
+        facts: facts for the conditions, including `busy`.
     """
     while template:
         line = _LINE.fullmatch(template[0])
@@ -75,7 +75,7 @@ def _negative(value: Any) -> Any:
 
 
 def _scalar(value: Any) -> str:
-    """Return a value as YAML on one line; a float always has a decimal point, because ROS takes its type from it."""
+    """Return a value as YAML on one line; floats have a decimal point, because ROS derives the type from it."""
     if isinstance(value, float):
         value = float(f"{value:.6g}") + 0.0  # without the sign of zero
     elif isinstance(value, list):

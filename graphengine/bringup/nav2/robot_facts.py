@@ -9,13 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from graphengine.api.scene import Scene, loaded_of, world_of
-from graphengine.bringup.calibration.robot_interface import (
-    ACKERMANN,
-    COMMAND_TYPES,
-    ODOMETRY,
-    TWIST,
-    claims_of,
-)
+from graphengine.bringup.calibration.robot_interface import ACKERMANN, COMMAND_TYPES, ODOMETRY, TWIST, claims_of
 from graphengine.bringup.nav2.motion_limits import MotionLimits, motion_limits
 from graphengine.bringup.nav2.scan_source import ScanSource, scan_sources
 from graphengine.descriptions.engine import Floats
@@ -31,7 +25,7 @@ from graphengine.physics.model.robot import RobotInstance
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 _ODOMETRY_NODE = "isaacsim.ros2.bridge.ROS2PublishOdometry"
 _LIDAR_WORDS = ("scan", "laser", "lidar")
-"""A link whose name contains one of these words is suggested as the mount of a lidar."""
+"""Words in the names of links that are suggested as mounts of a lidar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +34,7 @@ class RobotFacts:
 
     Attributes:
         name: name of the robot in the scene.
-        namespace: namespace of the robot's topics, without slashes at the ends; empty if there is none.
+        namespace: namespace of the robot's topics, without slashes at the ends; can be empty.
         command_topic: topic on which the robot receives velocity commands.
         stamped: whether the type of the command topic is TwistStamped; otherwise it is Twist.
         odometry_topic: topic of the odometry.
@@ -88,7 +82,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
     """Return the properties of a robot that Nav2's configuration needs.
 
     Raises:
-        UsageError: Nav2 cannot drive the robot; the message lists everything that is missing and how to add it.
+        UsageError: Nav2 cannot drive the robot; the message lists all missing topics and transforms with remedies.
     """
     claims = _claims_of(scene, robot)
     missing: list[str] = []
@@ -100,20 +94,16 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
     base_frame = _base_frame(robot, odometry, edges)
     if odometry is not None and base_frame is None:
         frame = odometry.frame_id or "odom"
-        missing.append(
-            f"no transform from {frame!r} to the base: publish it with ROS2PublishRawTransformTree, parentFrameId {frame}"
-        )
+        remedy = f"publish it with ROS2PublishRawTransformTree, parentFrameId {frame}"
+        missing.append(f"no transform from {frame!r} to the base: {remedy}")
     scans = scan_sources(scene, claims)
     if not scans:
         missing.append(_no_scan(robot, world_of(scene).stage, claims))
     elif base_frame is not None:
         reached = _connected(base_frame, [*edges, *_description_edges(claims, robot)])
-        missing += [
-            f"no transform from {base_frame!r} to {scan.frame!r}, the frame of {scan.topic}: publish it with "
-            "ROS2PublishTransformTree, or run with --robot-state"
-            for scan in scans
-            if scan.frame not in reached
-        ]
+        remedy = "publish it with ROS2PublishTransformTree, or run with --robot-state"
+        lacking = [f"{scan.frame!r}, the frame of {scan.topic}" for scan in scans if scan.frame not in reached]
+        missing += [f"no transform from {base_frame!r} to {frame}: {remedy}" for frame in lacking]
     if missing or command is None or odometry is None or base_frame is None:
         raise UsageError("\n  ".join([f"{robot.name}: Nav2 cannot drive this robot", *missing]))
     frame_prim = _frame_prim(scene, robot, base_frame)
@@ -145,7 +135,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
 
 
 def unknown_covariances(scene: Scene, robot: RobotFacts) -> Iterator[str]:
-    """Yield a note if the covariances of a robot's odometry are all zero, which filters such as robot_localization misread."""
+    """Yield a note if a robot's odometry has covariances of zero, which filters such as robot_localization misread."""
     claim = next(one for one in scene.topics if (one.topic, one.direction) == (robot.odometry_topic, "publish"))
     for node in _nodes_without_covariances(scene, claim):
         yield (
@@ -156,7 +146,7 @@ def unknown_covariances(scene: Scene, robot: RobotFacts) -> Iterator[str]:
 
 
 def _nodes_without_covariances(scene: Scene, claim: EndpointClaim) -> Iterator[str]:
-    """Yield the name of the ROS2PublishOdometry node of an endpoint if this node publishes covariances of zero."""
+    """Yield the name of the ROS2PublishOdometry node of an endpoint if all its covariances are zero."""
     for graph in loaded_of(scene).planned:
         for instance in graph.instances:
             if f"{graph.prim_path}/{instance.id}" != claim.node or instance.cls.type_name != _ODOMETRY_NODE:
@@ -168,7 +158,7 @@ def _nodes_without_covariances(scene: Scene, claim: EndpointClaim) -> Iterator[s
 
 
 def _odometry(scene: Scene, claims: Sequence[EndpointClaim], parents: Set[str]) -> EndpointClaim | None:
-    """Return the odometry of a robot: if possible one whose frame is among the `parents` in TF, and one with covariances."""
+    """Return the odometry of a robot, preferably with a frame among the `parents` in TF, and then with covariances."""
 
     def rank(claim: EndpointClaim) -> tuple[bool, bool]:
         return (claim.frame_id or "odom") not in parents, any(_nodes_without_covariances(scene, claim))
@@ -187,7 +177,7 @@ def _claims_of(scene: Scene, robot: RobotInstance) -> list[EndpointClaim]:
 
 
 def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointClaim | None:
-    """Return the subscription that drives the robot. If no topic or several topics drive it, add an error text to `missing`."""
+    """Return the subscription that drives the robot; add an error text to `missing` unless exactly one topic drives it."""
     found = claims_of(claims, "subscribe", *COMMAND_TYPES)
     driven = [one for one in found if one.message_type != ACKERMANN]
     named = [one for one in driven if one.topic.rpartition("/")[2] == "cmd_vel"]
@@ -195,25 +185,22 @@ def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointCla
     if len(topics) > 1:
         missing.append(f"several topics take velocities; Nav2 can use one: {listing(topics, 'topics')}")
     elif not topics and found:
-        missing.append(
-            f"{found[0].topic} takes AckermannDriveStamped, and Nav2 sends Twist: drive the robot with "
-            "ROS2SubscribeTwist, as graphs/base/ackermann.yaml does"
-        )
+        remedy = "drive the robot with ROS2SubscribeTwist, as graphs/base/ackermann.yaml does"
+        missing.append(f"{found[0].topic} takes AckermannDriveStamped, and Nav2 sends Twist: {remedy}")
     elif not topics:
-        missing.append(
-            "no topic takes velocities: subscribe to cmd_vel with ROS2SubscribeTwist, as graphs/base/differential.yaml does"
-        )
+        remedy = "subscribe to cmd_vel with ROS2SubscribeTwist, as graphs/base/differential.yaml does"
+        missing.append(f"no topic takes velocities: {remedy}")
     return next(iter(named or driven), None)
 
 
 def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:
-    """Yield the transforms, as (parent, child) frames, of the robot description, if a topic publishes the description."""
+    """Yield the transforms (parent, child) of the robot description if a topic publishes the description."""
     if any(claim.topic.endswith("/robot_description") for claim in claims):
         yield from ((joint.parent, joint.child) for joint in robot.description.joints.values())
 
 
 def _base_frame(robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]) -> str | None:
-    """Return a child of the odometry frame in TF, preferably the robot's base link; None if the odometry frame has no child."""
+    """Return a child of the odometry frame in TF, preferably the robot's base link; None without a child."""
     if odometry is None:
         return None
     children = [child for parent, child in edges if parent == odometry.frame_id]
@@ -222,7 +209,7 @@ def _base_frame(robot: RobotInstance, odometry: EndpointClaim | None, edges: Seq
 
 
 def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
-    """Return all frames that transforms connect to a frame, including the frame itself; `edges` are (parent, child)."""
+    """Return all frames connected to a frame, including this frame, by the transforms `edges`, which are (parent, child)."""
     reached, size = {frame}, 0
     while len(reached) > size:
         size = len(reached)
@@ -233,7 +220,7 @@ def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
 
 
 def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]) -> str:
-    """Return the error text for a robot without a LaserScan topic; the text says what to add, with YAML lines if possible."""
+    """Return the error text for a robot without a LaserScan topic, with a remedy, as YAML lines if possible."""
     if clouds := claims_of(claims, "publish", "sensor_msgs/msg/PointCloud2"):
         return (
             f"no sensor_msgs/LaserScan: {clouds[0].topic} is a PointCloud2; publish a scan with ROS2RtxLidarHelper, type "
@@ -263,7 +250,7 @@ def _transform_topics(claims: Sequence[EndpointClaim]) -> tuple[str, str]:
 
 
 def _frame_prim(scene: Scene, robot: RobotInstance, frame: str) -> Prim:
-    """Return the robot's prim with this TF frame name; if there is no such prim, the prim of the base link."""
+    """Return the robot's prim with this TF frame name; without such a prim, the prim of the base link."""
     prim = world_of(scene).stage.find(robot.prim_path)
     name = frame.rpartition("/")[2]
     found = [one for one in prim.descendants() if one.frame_name == name and one.carrier()[0]]
@@ -274,7 +261,5 @@ def _outline_points(scene: Scene, robot: RobotInstance) -> Floats:
     simulation = world_of(scene).simulation
     points = collider_points(simulation.model, simulation.data, robot.name)
     if len(points) < 3:
-        raise UsageError(
-            f"{robot.name}: the robot has no colliders, so its footprint is unknown; add collision geometry"
-        )
+        raise UsageError(f"{robot.name}: without colliders, the robot's footprint is unknown; add collision geometry")
     return points

@@ -24,7 +24,7 @@ class ScanSource:
         ranges: smallest and largest range of the lidar, m.
         view: horizontal field of view, rad.
         rate: scans per second.
-        height: height of the lidar in the world, m; relative to a floor in copies that `above` returns.
+        height: height of the lidar in the world, m; in copies by `above`, relative to a floor.
     """
 
     topic: str
@@ -52,20 +52,19 @@ def scan_sources(scene: Scene, claims: Sequence[EndpointClaim]) -> list[ScanSour
 
 
 def _lidar(scene: Scene, claim: EndpointClaim) -> Prim | None:
-    """Return the lidar whose prim path is nearest upstream of the publishing node; None if no lidar is found."""
+    """Return the lidar whose prim path is nearest upstream of the publishing node; None without a lidar."""
+    stage = world_of(scene).stage
     for graph in loaded_of(scene).planned:
         if claim.node.startswith(f"{graph.prim_path}/"):
-            node = claim.node.removeprefix(f"{graph.prim_path}/")
-            for path in _upstream_paths(graph, node):
-                if path in world_of(scene).stage:
-                    prims = (prim for prim in world_of(scene).stage.find(path).descendants() if "angles" in prim.facts)
-                    if (prim := next(prims, None)) is not None:
-                        return prim
+            paths = _upstream_paths(graph, claim.node.removeprefix(f"{graph.prim_path}/"))
+            prims = (prim for path in paths if path in stage for prim in stage.find(path).descendants())
+            if (lidar := next((prim for prim in prims if "angles" in prim.facts), None)) is not None:
+                return lidar
     return None
 
 
 def _upstream_paths(graph: Graph, node: str) -> Iterator[str]:
-    """Yield the prim paths that are input values of a node or of nodes upstream; the nearest node comes first."""
+    """Yield the prim paths among the input values of a node and of its upstream nodes, the nearest node first."""
     pending = [one.index for one in graph.instances if one.id == node]
     seen = set(pending)
     for index in pending:

@@ -1,4 +1,4 @@
-"""A parameter value together with its source, which is written as a comment into the parameter file."""
+"""A parameter value with its source, which becomes a comment in the parameter file."""
 
 from __future__ import annotations
 
@@ -17,4 +17,4 @@ class Sourced(Generic[T]):
 
 
 NAV2 = "Nav2's own parameter file"
-"""Source of the values in a template without another source; this includes defaults of Nav2's nodes."""
+"""Source of values without another source in a template, including defaults of Nav2's nodes."""

@@ -21,7 +21,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
         robot: properties of the robot.
         scene: name of the scene.
         slam: whether slam_toolbox builds the map; otherwise, map_server loads a map file.
-        in_fleet: whether the robot is one of several, which share a map file in the parent folder.
+        in_fleet: whether the map file is in the parent folder, because several robots share it.
     """
     return filled(
         TEMPLATES / "robot_launch.txt",
@@ -81,5 +81,5 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
 
 
 def _plain(name: str) -> str:
-    """Return the name of a scene file with unusual characters, such as quotes, replaced; it is put into a docstring."""
+    """Return the name of a scene for a docstring, with `_` in place of unusual characters such as quotes."""
     return "".join(character if character.isalnum() or character in "_-. " else "_" for character in name)

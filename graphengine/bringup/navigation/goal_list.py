@@ -50,7 +50,7 @@ def read_goals(path: Path) -> list[NavigationGoal]:
     """Read the goals of a YAML file.
 
     Raises:
-        CheckError: the file has errors; each finding has its line and column.
+        CheckError: the file has errors; each finding has a line and a column.
     """
     findings = Findings()
     read = spec_reader.read(GoalListSpec, path, findings)

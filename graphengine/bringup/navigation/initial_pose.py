@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 
 from graphengine.bringup.navigation.true_poses import MAP, PlanarPose, TruePoses
@@ -19,24 +18,11 @@ MESSAGE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 SPREAD = 0.05
 """Standard deviation that the pose message states for position (m) and yaw (rad)."""
 NEAR = 0.3
-"""The initial pose counts as accepted if the pose on `amcl_pose` is within this distance (m) and angle (rad) of the true pose."""
+"""Maximum distance (m) and angle (rad) between the true pose and the pose on `amcl_pose` after the initial pose is accepted."""
 AGAIN = 2.0
-"""Wall time after which the pose is sent again, s."""
+"""Wall time between two messages with the pose, s."""
 PATIENCE = 30.0
 """Maximum wall time to wait until the localization has accepted the pose, s."""
-
-
-@dataclass(slots=True)
-class _Heard:
-    """Messages of the localization since the call began.
-
-    Attributes:
-        near: whether the newest `amcl_pose` is near the true pose.
-        broadcasts: whether a transform map -> odom of the robot was received.
-    """
-
-    near: bool = False
-    broadcasts: bool = False
 
 
 def has_listener(transport: Transport, namespace: str) -> bool:
@@ -45,33 +31,32 @@ def has_listener(transport: Transport, namespace: str) -> bool:
 
 
 def may_belong(frame: str, namespace: str) -> bool:
-    """Return whether a frame on a `/tf` shared by all robots can belong to the robot with this namespace.
-
-    It can if the frame's prefix is the namespace, or if the frame has no prefix.
-    """
+    """Return whether a frame on a shared `/tf` can belong to the robot with a namespace: its prefix is the namespace or empty."""
     return frame.strip("/").rpartition("/")[0] in ("", namespace.strip("/"))
 
 
 def give_initial_pose(transport: Transport, namespace: str, truth: TruePoses, clock: Callable[[], float]) -> bool:
     """Publish the true pose on `initialpose` until the localization node accepts it; return whether the node accepted it.
 
-    The function returns False after `PATIENCE` s of wall time, or when the run that provides `truth` has ended. The pose counts
-    as accepted when `amcl_pose` is near the true pose or, if no node publishes `amcl_pose`, when a node broadcasts the transform
+    The function returns False after `PATIENCE` s of wall time, or when the run behind `truth` has ended. The node has accepted
+    the pose when `amcl_pose` is near the true pose or, if no node publishes `amcl_pose`, when a node broadcasts the transform
     map -> odom of this robot.
     """
-    heard = _Heard()
+    near = broadcasts = False
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())
 
     def take_pose(data: bytes) -> None:
+        nonlocal near
         with suppress(TransportError):
             found = PlanarPose.of(messages.decode(data, MESSAGE).pose.pose)
-            heard.near = found.distance(truth.newest) < NEAR and found.turn(truth.newest) < NEAR
+            near = found.distance(truth.newest) < NEAR and found.turn(truth.newest) < NEAR
 
     def take_transforms(data: bytes, *, shared: bool) -> None:
+        nonlocal broadcasts
         with suppress(TransportError):
             edges = messages.decode(data, "tf2_msgs/msg/TFMessage").transforms
             children = [edge.child_frame_id for edge in edges if edge.header.frame_id == MAP]
-            heard.broadcasts |= any(not shared or may_belong(child, namespace) for child in children)
+            broadcasts |= any(not shared or may_belong(child, namespace) for child in children)
 
     readers = [transport.reader(f"{namespace}/amcl_pose", MESSAGE, QoS(depth=1), take_pose)]
     for name, shared in {f"{namespace}/tf": False, "/tf": bool(namespace)}.items():
@@ -85,7 +70,7 @@ def give_initial_pose(transport: Transport, namespace: str, truth: TruePoses, cl
                 _send(writer, truth.newest, clock())
             time.sleep(0.05)
             reports = bool(transport.graph().publishers(f"{namespace}/amcl_pose"))
-            if due and (heard.near or (heard.broadcasts and not reports)):
+            if due and (near or (broadcasts and not reports)):
                 return True
         return False
     finally:

@@ -27,18 +27,15 @@ ACTION_TYPE = "nav2_msgs/action/NavigateToPose"
 POLL = 0.1
 """Wall time between two checks of a goal, s."""
 RETRY = 1.0
-"""Wall time after which a rejected goal is sent again while Nav2 may still be inactive, s."""
+"""Wall time between two attempts to send a goal that Nav2 rejects, because it may still be inactive, s."""
 LOST = 5.0
-"""Wall time without an action server after which the navigator gives up, s.
-
-Until the first goal is accepted, it waits for `activation` s if that is longer.
-"""
+"""Wall time without an action server after which the navigator gives up, s; for the first goal, at least `activation`."""
 ANSWER = 10.0
 """Maximum wall time to wait until the server accepts, rejects or cancels a goal, s."""
 BACKWARD = 0.5
-"""Simulation time by which the clock must go back to mean that the run was reset, s."""
+"""Simulation time by which the clock goes back at least in a reset of the run, s."""
 STANDSTILL = 60.0
-"""The navigator gives up if the simulation time does not advance for this wall time, s, although the run is not paused."""
+"""Wall time after which the navigator gives up if the simulation time stands still in a run that is not paused, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +54,8 @@ class Track:
     """Feedback on a goal.
 
     Attributes:
-        poses: Nav2's estimated poses of the robot, by simulation time in s.
-        recoveries: number of recoveries so far.
+        poses: a dict from simulation times, s, to Nav2's estimated poses of the robot.
+        recoveries: number of recoveries.
         distance: remaining distance, m.
         remaining_time: estimated remaining time, s.
     """
@@ -106,12 +103,12 @@ class Navigator:
     Args:
         transport: open transport; closing it also closes the endpoints of the navigator.
         action: full name of the action.
-        clock: function that returns the simulation time, s.
+        clock: returns the simulation time, s.
         truth: true poses of the robot; None if they are unknown.
         definitions: definitions of the message types.
         patience: maximum simulation time for each goal, s.
         activation: maximum wall time to wait until Nav2 is discovered and active, s.
-        say: function that prints a message for the user.
+        say: prints a message for the user.
     """
 
     def __init__(
@@ -135,9 +132,9 @@ class Navigator:
         self._activation = activation
         self._say = say
         self._sent: dict[GoalCall, float] = {}
-        """Action calls for the present goal that were not rejected, with the wall time at which each call was sent."""
+        """A dict from the calls for the present goal, except rejected ones, to the wall times at which they were sent."""
         self._accepted = False
-        """Whether the server has accepted any goal, which shows that Nav2 is active."""
+        """Whether the server has accepted a goal and so shown that Nav2 is active."""
         self._seen = time.monotonic()
         self._moved = (clock(), time.monotonic())
         self.over = ""
@@ -148,7 +145,7 @@ class Navigator:
 
         Args:
             goal: pose in the map.
-            watch: function called about ten times a second while the goal is active.
+            watch: receives the progress about ten times a second while the goal is active.
 
         Raises:
             KeyboardInterrupt: Ctrl-C; the goal is cancelled.
@@ -182,10 +179,10 @@ class Navigator:
     def _send(
         self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
     ) -> GoalCall:
-        """Send a goal, and send it again after each rejection, until the server accepts it; return the accepted call.
+        """Send a goal until the server accepts it, again after each rejection; return the accepted call.
 
         Raises:
-            FailedError: the server rejects the goal for too long, or does not answer two requests.
+            FailedError: the server still rejects the goal after the maximum time, or does not answer two requests.
         """
         deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
         while True:
@@ -197,18 +194,16 @@ class Navigator:
             self._sent[call] = time.monotonic()
             if not self._answered(call):
                 if len(self._sent) == 2:
-                    raise FailedError(
-                        "no answer", f"{self._action} did not answer two requests within {ANSWER:g} s each"
-                    )
+                    text = f"{self._action} did not answer two requests within {ANSWER:g} s each"
+                    raise FailedError("no answer", text)
                 continue  # if only the answer was lost, the new goal replaces the first
             if call.accepted.result():
                 self._accepted = True
                 return call
             del self._sent[call]
             if time.monotonic() > deadline:
-                raise FailedError(
-                    "rejected", "Nav2 did not accept the goal; check that Nav2 is active, and see its log"
-                )
+                advice = "check that Nav2 is active, and see its log"
+                raise FailedError("rejected", f"Nav2 did not accept the goal; {advice}")
             if not told:
                 told = True
                 self._say(f"{self._action} rejects the goal: waiting until Nav2 is active")
@@ -216,7 +211,7 @@ class Navigator:
             time.sleep(RETRY)
 
     def _answered(self, call: GoalCall) -> bool:
-        """Wait until the server accepts or rejects a call, at most `ANSWER` s; return whether it did."""
+        """Wait until the server accepts or rejects a call, at most `ANSWER` s; return whether the server has answered."""
         while time.monotonic() - self._sent[call] <= ANSWER:
             with suppress(NotYet):
                 call.accepted.exception(POLL)
@@ -301,7 +296,7 @@ class Navigator:
         return message
 
     def _measured(self, outcome: Outcome, track: Track, begun: float) -> Outcome:
-        """Return a copy of an outcome to which the measurements from the feedback and from the true poses are added."""
+        """Return a copy of an outcome with the measurements from the feedback and the true poses."""
         goal, end = PlanarPose(outcome.goal.x, outcome.goal.y, outcome.goal.yaw), self._clock()
         measured = replace(
             outcome,
@@ -314,9 +309,8 @@ class Navigator:
         if truth is None:
             return measured
         truth.wait_until(end)
-        errors = [
-            true.distance(believed) for stamp, believed in track.poses.items() if (true := truth.at(stamp)) is not None
-        ]
+        pairs = [(truth.at(stamp), believed) for stamp, believed in track.poses.items()]
+        errors = [true.distance(believed) for true, believed in pairs if true is not None]
         true = truth.at(end) or truth.newest
         return replace(
             measured,

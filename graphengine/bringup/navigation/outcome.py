@@ -14,7 +14,7 @@ from graphengine.format.atomic_write import write_together
 
 REACHED = "reached"
 RESET = "reset"
-"""Result of a goal during which the run was reset: its time and the poses of the robot began anew."""
+"""Result of a goal during which a reset of the run restarted simulation time and poses."""
 
 _ERRORS = {
     ("controller", 100): "UNKNOWN INVALID_CONTROLLER TF_ERROR INVALID_PATH PATIENCE_EXCEEDED FAILED_TO_MAKE_PROGRESS"
@@ -26,29 +26,29 @@ _ERRORS = {
     ("drive on heading", 720): "UNKNOWN TIMEOUT TF_ERROR COLLISION_AHEAD INVALID_INPUT",
     ("navigator", 9000): "UNKNOWN FAILED_TO_LOAD_BEHAVIOR_TREE TF_ERROR TIMEOUT",
 }
-"""Names of consecutive error codes of a Nav2 server, by the server and the first code."""
+"""A dict from a Nav2 server and its first error code to the names of its consecutive codes."""
 _USES = Counter(name for names in _ERRORS.values() for name in names.split())
 ERROR_NAMES = {
     code: f"{server} {name}" if _USES[name] > 1 else name
     for (server, first), names in _ERRORS.items()
     for code, name in enumerate(names.split(), first)
 }
-"""Names of Nav2's error codes. A name that several Nav2 servers use is preceded by the name of the server."""
+"""A dict from Nav2's error codes to their names; the server's name precedes a name that several servers use."""
 
 
 def error_name(code: int) -> str:
-    """Return the name and number of an error code of Nav2; for code 0, no error, return an empty string."""
+    """Return the name and number of an error code of Nav2; empty for code 0, which stands for no error."""
     return f"{ERROR_NAMES.get(code, 'error')} ({code})" if code else ""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The outcome of a goal. Values that could not be measured are None.
+    """The outcome of a goal; None stands for a value that was not measured.
 
     Attributes:
         goal: the goal.
-        result: `reached`, or the way in which the goal failed, such as `aborted`.
-        reason: reason why the goal was not reached; empty if it was reached or the reason is unknown.
+        result: `reached`, or the type of failure, such as `aborted`.
+        reason: reason of the failure; empty for a reached goal, or if the reason is unknown.
         time: simulation time from the goal's acceptance to its end, s.
         path: length of the robot's path, m.
         error: distance from the goal to the robot's position as Nav2 estimates it, m.
@@ -131,7 +131,7 @@ def write_junit(path: Path, outcomes: Sequence[Outcome], suite: str) -> None:
 
 
 def _legal(text: str) -> str:
-    """Return a text in which characters that are not printable, and may be illegal in XML, are replaced."""
+    """Return a text with U+FFFD in place of characters that are not printable, because they may be illegal in XML."""
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 

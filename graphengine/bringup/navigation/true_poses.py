@@ -18,11 +18,11 @@ MAP = "map"
 PERIOD = 0.05
 """Wall time between two samples, s."""
 PATIENCE = 30.0
-"""Maximum wall time to wait for an answer of the run, s; a run whose process is suspended or hangs does not answer."""
+"""Maximum wall time to wait for an answer of the run, s; a suspended or hanging process does not answer."""
 MARGIN = 0.05
-"""Distance from the robot at a goal within which an obstacle is reported, m: a cell of the map."""
+"""Maximum distance of a reported obstacle from the robot at a goal, m: the side of a cell of the map."""
 MAX_SAMPLES = 500_000
-"""Maximum number of samples; when it is exceeded, the oldest half is dropped."""
+"""Maximum number of samples; beyond it, the oldest half is discarded."""
 
 
 class PlanarPose(NamedTuple):
@@ -53,10 +53,10 @@ class PlanarPose(NamedTuple):
 
 
 class TruePoses:
-    """Samples the pose of a robot, in a thread that runs until `close`.
+    """Samples the pose of a robot in a thread until `close`.
 
     Args:
-        run: name or process id of the run; empty takes the only run that has a robot in the namespace.
+        run: name or process id of the run; empty for the only run with a robot in the namespace.
         namespace: namespace of the robot.
 
     Raises:
@@ -96,7 +96,7 @@ class TruePoses:
             return self._poses[-1]
 
     def at(self, moment: float) -> PlanarPose | None:
-        """Return the pose at a simulation time, interpolated between two samples; None before the first or after the last."""
+        """Return the pose at a simulation time, interpolated between two samples; None before the first and after the last."""
         with self._lock:
             times, poses = self._times, self._poses
             after = bisect.bisect_left(times, moment)
@@ -109,9 +109,8 @@ class TruePoses:
             start, end = poses[after - 1], poses[after]
             part = (moment - times[after - 1]) / (times[after] - times[after - 1])
             turn = math.remainder(end.yaw - start.yaw, math.tau)
-            return PlanarPose(
-                start.x + part * (end.x - start.x), start.y + part * (end.y - start.y), start.yaw + part * turn
-            )
+            x, y = start.x + part * (end.x - start.x), start.y + part * (end.y - start.y)
+            return PlanarPose(x, y, start.yaw + part * turn)
 
     def wait_until(self, moment: float) -> None:
         """Wait until there is a sample at or after a simulation time, but at most 1 s of wall time."""
@@ -127,17 +126,13 @@ class TruePoses:
         return sum((one.distance(other) for one, other in itertools.pairwise(poses)), 0.0)
 
     def near(self, x: float, y: float) -> list[str]:
-        """Return sentences about all that stands within the reach of the robot at a position, whichever way the robot turns."""
+        """Return a sentence for each obstacle within reach of the robot at a position, in any heading of the robot."""
         try:
             found = self._robot.clearance((x, y), MARGIN)
         except ControlError:  # the run ends, or is of a version without this command
             return []
-        return [
-            f"{name} stands {distance:.2f} m from the robot"
-            if distance > 0.0
-            else f"{name} stands where the robot turns"
-            for name, distance in found.items()
-        ]
+        gaps = [(name, f"{gap:.2f} m from the robot" if gap > 0.0 else "") for name, gap in found.items()]
+        return [f"{name} stands {gap or 'where the robot turns'}" for name, gap in gaps]
 
     def close(self) -> None:
         """Stop sampling and end the thread; the samples remain readable."""

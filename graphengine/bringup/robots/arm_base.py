@@ -14,11 +14,11 @@ from graphengine.format.wording import printable
 CHAIN = 3
 """Minimum number of moving joints in a chain for the robot to count as an arm."""
 STANDING = 0.05
-"""A limb counts as a leg if it reaches down to this height (m) above the robot's lowest point, with all joints at zero."""
+"""Maximum height (m) of the lowest point of a leg above the robot's lowest point, with all joints at zero."""
 
 
 def fix_arm(draft: Draft) -> None:
-    """Fix the root link of a robot that has an arm but neither wheels nor legs, and add a remark."""
+    """Fix the root link of a robot with an arm but without wheels and legs, and add a remark."""
     description = draft.description
     rolls = bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in description.moving())
     if draft.fixed_base or description.root == WORLD or rolls:
@@ -34,7 +34,7 @@ def fix_arm(draft: Draft) -> None:
 
 
 def _depths(description: RobotDescription) -> dict[str, int]:
-    """Return the number of moving joints between the root link and each link, by link name."""
+    """Return a dict from each link to the number of moving joints between the root link and this link."""
     depths: dict[str, int] = {}
     for link in description.depth_first():
         carrier = link.carrier
@@ -43,7 +43,7 @@ def _depths(description: RobotDescription) -> dict[str, int]:
 
 
 def _legs(draft: Draft, limbs: list[str]) -> int:
-    """Return the number of limbs that reach down to the lowest point of the robot; 0 if the robot cannot be compiled.
+    """Return the number of limbs that reach down to the robot's lowest point; 0 if the robot cannot be compiled.
 
     Args:
         draft: draft of the robot.

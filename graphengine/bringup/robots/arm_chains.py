@@ -10,13 +10,13 @@ from graphengine.descriptions.robot_description import Joint, RobotDescription
 _FINGER = 4
 """Maximum number of joints of a finger; a longer branch is an arm."""
 _ONLY, _ARM = 2, 3
-"""Minimum numbers of joints of an arm: if it is the only chain; and, among several chains, joints that only this arm has."""
+"""Minimum number of joints of the only chain, and of joints that belong to no other chain, for the chain to be an arm."""
 
 
 def arm_chains(description: RobotDescription, driven: Collection[str]) -> list[tuple[str, ...]]:
-    """Return the joints of each arm, from its base to its flange.
+    """Return the joints of each arm, from the base to the flange.
 
-    Joints that several chains share, such as that of a torso, belong to an arm only if the robot has no other arm.
+    A joint that several chains share, such as that of a torso, belongs to an arm only if the robot has no other arm.
 
     Args:
         description: robot description.
@@ -39,7 +39,7 @@ def arm_chains(description: RobotDescription, driven: Collection[str]) -> list[t
 
 
 def gripper_joints(description: RobotDescription, driven: Collection[str]) -> list[str]:
-    """Return the joint of each gripper whose fingers have a single driven joint; the other fingers mimic that joint."""
+    """Return the driven joint of each gripper with a single driven joint; the other fingers mimic this joint."""
     above = {joint.name: _above(description, joint) for joint in description.moving()}
     hands = _hands(above, _paths(above, driven))
     leaders = [[name for name in hand if name in driven] for hand in hands]
@@ -47,7 +47,7 @@ def gripper_joints(description: RobotDescription, driven: Collection[str]) -> li
 
 
 def _paths(above: dict[str, list[str]], driven: Collection[str]) -> dict[str, list[str]]:
-    """Return, for each driven joint, the driven joints on the way from the root to it, including the joint itself."""
+    """Return a dict from each driven joint to the driven joints between the root and this joint, including it."""
     return {name: [each for each in [*above[name], name] if each in driven] for name in above if name in driven}
 
 
@@ -57,9 +57,9 @@ def _above(description: RobotDescription, joint: Joint) -> list[str]:
 
 
 def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:
-    """Return the first joints of all fingers for each place where a chain branches into fingers.
+    """Return the first joints of the fingers of each hand, where a chain branches into fingers.
 
-    Branches are fingers if none of them has enough joints for an arm, and if they are not an arm with the rods of a linkage.
+    Branches are fingers if none of them has enough joints for an arm, and if they are not an arm and the rods of a linkage.
     """
     branches: defaultdict[str, list[str]] = defaultdict(list)
     depths: defaultdict[str, int] = defaultdict(int)
@@ -77,12 +77,12 @@ def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[lis
 
 
 def _is_linkage(branches: Sequence[str], depths: Mapping[str, int], lengths: Mapping[str, int]) -> bool:
-    """Return whether one of several branches is the rest of an arm, beside which shorter rods without drives move.
+    """Return whether one branch continues an arm, and the others are shorter rods without drives.
 
     Args:
         branches: first joint of each branch.
-        depths: number of driven joints one after another from a joint on.
-        lengths: number of moving joints one after another from a joint on.
+        depths: number of driven joints in the longest chain that begins at a joint.
+        lengths: number of moving joints in the longest chain that begins at a joint.
     """
     driven = [name for name in branches if depths.get(name)]
     rods = [name for name in branches if not depths.get(name)]

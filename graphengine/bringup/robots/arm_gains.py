@@ -1,11 +1,11 @@
 """Computes the gains of an arm's position drives from its mass matrix, weight and effort limits.
 
-The stiffness is such that a joint exerts its full effort at a deviation of 10 mrad or 10 mm, so a payload deflects it by less.
-Without an effort limit, it is that of a servo of 5 Hz that moves all joints at once, as their inertias are coupled.
-A quarter of that deviation suffices against the joint's own damping and friction at half its speed limit. The damping of a drive
-is at least critical for the largest inertia that the joint moves in a set of poses, and at least that of a servo of 5 Hz: with
-less damping, an arm overshoots when its target jumps, because its motors are too weak to stop it in time. Commanded velocities
-compensate for the lag.
+A joint exerts its full effort at a deviation of 10 mrad or 10 mm, so a payload deflects the joint by less. Without an effort
+limit, the stiffness is that of a servo of 5 Hz that moves all joints at once, because their inertias are coupled. A quarter of
+the deviation suffices against the joint's own damping and friction at half the speed limit. The damping of a drive is at least
+critical for the largest inertia that the joint moves in a set of poses, and at least that of a servo of 5 Hz: with less damping,
+an arm overshoots when its target jumps, because its motors are too weak to stop it in time. Commanded velocities compensate for
+the lag.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FASTEST = 5.0
 LAG = 0.0025
 """Maximum deviation, rad or m, that a joint's own damping and friction cause at half its speed limit."""
 STOPPING = 0.5
-"""Way from its speed limit to a stop (rad or m) above which the effort limit of a joint is reported."""
+"""Distance (rad or m) from the speed limit to a stop above which the effort limit of a joint is reported."""
 POSES = 64
 """Number of random poses, within the limits of all joints, in which inertias and weights are computed."""
 _MOST = 1e9
@@ -41,8 +41,8 @@ class Load:
 
     Attributes:
         inertia: largest diagonal element of the mass matrix for this joint, kg m2 or kg.
-        coupled: largest effort (N m or N) that the joint needs if all joints accelerate at 1 rad/s2 or 1 m/s2, in the worst
-            direction each.
+        coupled: largest effort (N m or N) that the joint needs if all joints accelerate at 1 rad/s2 or 1 m/s2, each in the
+            direction that needs most.
         weight: largest effort that the joint needs to hold its links against gravity, N m or N.
     """
 
@@ -52,9 +52,9 @@ class Load:
 
 
 def set_gains(draft: Draft) -> None:
-    """Set the gains of position drives in `draft.servos`, whose gains the description does not give.
+    """Set the gains of the position drives in `draft.servos`, because the description gives none.
 
-    Gravity compensation and interpolation of set points are enabled for these drives.
+    These drives also get gravity compensation and interpolation of set points.
     """
     joints = [draft.description.joints[name] for name in draft.servos]
     loads = _loads(draft, joints) if joints else None
@@ -91,7 +91,7 @@ def set_gains(draft: Draft) -> None:
 
 
 def _stopping(joint: Joint, load: Load) -> float:
-    """Return the way (rad or m) on which a joint stops from its speed limit with its full effort; 0 without these limits."""
+    """Return the distance (rad or m) in which a joint stops from its speed limit with full effort; 0 without these limits."""
     if not joint.effort or not joint.velocity:
         return 0.0
     free = joint.effort - load.weight

@@ -10,15 +10,15 @@ from graphengine.descriptions.robot_description import Joint, RobotDescription
 from graphengine.physics.model.robot import RobotInstance
 
 _TURN, _SLIDE = 0.3, 0.05
-"""Distances that a rotating joint (rad) and a sliding joint (m) move from the start position."""
+"""Distances of a rotating joint (rad) and of a sliding joint (m) from their start positions."""
 _MARGIN = 0.05
 """Minimum distance of a joint from its limits, as a fraction of its range."""
 
 
 def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]:
-    """Return a position (rad, m) for each joint, a little away from its start and within its limits.
+    """Return a dict from joints to positions (rad, m) near their starts and within their limits.
 
-    Each joint moves in the direction that raises the links it carries, away from a table.
+    Each joint moves in the direction that raises its links, away from a table.
     """
     axes = robot.description.axes_in_root()
     found: dict[str, float] = {}
@@ -33,14 +33,14 @@ def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]
 
 
 def _limits(joint: Joint) -> tuple[float, float]:
-    """Return the limits of a joint, which are those of the robot file if it has any, reduced by a margin."""
+    """Return the limits of a joint reduced by a margin; infinite for a joint without limits."""
     low, high = joint.limits or (-np.inf, np.inf)
     margin = _MARGIN * (high - low) if np.isfinite(high - low) else 0.0
     return low + margin, high - margin
 
 
 def _rise(description: RobotDescription, joint: Joint, axis: Sequence[float]) -> float:
-    """Return the rate at which a joint lifts the mass that it carries, with all joints at zero: kg m/rad, or kg m/m."""
+    """Return the derivative of mass times height by the position of a joint, with all joints at zero: kg m/rad, or kg m/m."""
     origin = np.array(description.pose_in_root(joint.child)[0])
     rise = 0.0
     for link in description.depth_first(joint.child):

@@ -1,7 +1,7 @@
 """Data model of a mobile base: kinematics, joints, dimensions and topics.
 
-A base is described by a ros2_control parameter file, else by a Gazebo plugin, else it is guessed from the wheels on the floor.
-Values that this source lacks are measured on the description.
+A base comes from a ros2_control parameter file, else from a Gazebo plugin, else from a guess by the wheels on the floor. Values
+that the source does not give are measured on the description.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """A mobile base as one source describes it.
+    """A mobile base, as a single source describes it.
 
     Attributes:
         kinematics: kinematics, which selects the graph that drives the base; a skid-steered base is differential.
@@ -31,7 +31,7 @@ class Base:
         radius: radius of the driven wheels, m; None if the source does not give it.
         track: distance between left and right wheels, m; None if the source does not give it.
         wheelbase: distance between front and rear axle, m; None if the source does not give it.
-        multiplier: factor of the track, by which controllers compensate for the slip of a skid-steered base.
+        multiplier: factor of the track with which controllers compensate for the slip of a skid-steered base.
         parameters: further parameters of the graph: limits, topics and frames.
         guessed: whether the base was guessed from the wheels on the floor.
     """
@@ -49,11 +49,11 @@ class Base:
     guessed: bool = False
 
     def with_parameters(self, parameters: dict[str, float | str]) -> Base:
-        """Return a copy with further parameters, which replace parameters of the same name."""
+        """Return a copy with further parameters; they replace parameters of the same name."""
         return replace(self, parameters=self.parameters | parameters)
 
     def of_source(self, source: str, span: Span, general: dict[str, float | str]) -> Base:
-        """Return a copy with its source, and with general parameters that its own parameters replace."""
+        """Return a copy with a source, and with general parameters for which the base has none of the same name."""
         return replace(self, source=source, span=span, parameters=general | self.parameters)
 
 
@@ -68,10 +68,10 @@ class Grip:
 
     Attributes:
         along: friction coefficient along the rolling direction.
-        across: friction coefficient across it.
-        reason: where the values come from, as a comment for the robot file.
-        described: whether they are those of the description.
-        replaces_track: whether the track of the base's controller does not suit these values.
+        across: friction coefficient across the rolling direction.
+        reason: source of the values, as a comment for the robot file.
+        described: whether the description gives the values.
+        replaces_track: whether the values need another track than that of the base's controller.
     """
 
     along: float
@@ -90,8 +90,8 @@ class Drivetrain:
         wheels: driven wheels, in the order of the joints in the graph.
         steering: joints that take steering commands, from left to right.
         parameters: parameters of the graph.
-        grip: for wheels that can slide in one direction: the direction along which the wheel grips, in the root link's frame,
-            by the name of the wheel's link; without `skid`, it has no friction across that direction.
+        grip: a dict from the links of wheels that slide in one direction to the direction of grip in the root link's frame;
+            without `skid`, the friction across this direction is 0.
         skid: friction of the wheels of a skid-steered base; None for other bases.
     """
 

@@ -29,7 +29,7 @@ _ROLLER_ALONG = 1.0
 
 
 def add_base_graph(draft: Draft, drivetrain: Drivetrain) -> None:
-    """Add the graph that drives the base, and materials for wheels that grip in only one direction."""
+    """Add the graph that drives the base, and materials for wheels that slide in one direction."""
     base = drivetrain.base
     use = f"graphs/base/{base.kinematics}.yaml"
     defaults = graph_defaults(use)
@@ -49,10 +49,10 @@ def add_base_graph(draft: Draft, drivetrain: Drivetrain) -> None:
 
 
 def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
-    """Return the parameter for wheel slip, which encoders do not measure and no description gives; empty for omni bases.
+    """Return the graph's parameter for wheel slip, because no description gives one; empty for omni bases.
 
-    The slip is proportional to the track, so that the heading drifts by 0.8 degrees per metre on robots of any size. The
-    covariances that the graph publishes include this drift.
+    The slip is proportional to the track: on robots of any size, the heading drifts by 0.8 degrees per metre. The covariances
+    that the graph publishes include this drift.
     """
     track = drivetrain.parameters.get("track")
     if not isinstance(track, float) or drivetrain.base.kinematics == "omni":
@@ -61,10 +61,10 @@ def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
 
 
 def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits of the graph that follow from the velocity limits of the wheels' joints, and add a remark on them.
+    """Return lower limits for the graph if the velocity limits of the wheels' joints require them, and add a remark.
 
-    The limits of the base's source stay as they are; only limits that the graph has by default are reduced. Empty if the wheels
-    are fast enough for these limits, and for cars, whose graph has no such limits.
+    Only defaults of the graph are lowered, not limits of the base's source. The result is empty if the wheels are fast enough,
+    and for cars, because their graph has no such limits.
 
     Args:
         draft: receives the remark.
@@ -89,7 +89,7 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
 
 
 def _slowest_wheel(draft: Draft, drivetrain: Drivetrain) -> tuple[RobotWheel, float]:
-    """Return the driven wheel whose rim is the slowest at the velocity limit of its joint, and that limit, rad/s."""
+    """Return the driven wheel with the slowest rim at the velocity limit of its joint, and this limit, rad/s."""
     joints = draft.description.joints
     speeds = {each: min(joints[each.joint].velocity or FASTEST_WHEEL, FASTEST_WHEEL) for each in drivetrain.wheels}
     slowest = min(speeds, key=lambda wheel: speeds[wheel] * wheel.radius)
@@ -97,7 +97,7 @@ def _slowest_wheel(draft: Draft, drivetrain: Drivetrain) -> tuple[RobotWheel, fl
 
 
 def _lever(drivetrain: Drivetrain) -> float:
-    """Return the speed of a wheel's rim divided by the turn rate of a base that turns on the spot, m."""
+    """Return the ratio of a wheel's rim speed to the turn rate while the base turns on the spot, m."""
     known = drivetrain.parameters
     if "track" in known:
         return float(known["track"] + known.get("wheelbase", 0.0)) / 2
@@ -106,7 +106,7 @@ def _lever(drivetrain: Drivetrain) -> float:
 
 
 def _remark_on_defaults(draft: Draft, defaults: Mapping[str, Any], parameters: Mapping[str, Any]) -> None:
-    """Add remarks on speed limits and odometry errors that have default values, because the description does not give them."""
+    """Add remarks on speed limits and odometry errors with default values, because the description gives none."""
     left = [f"{name} {defaults[name]:g} {unit}" for name, unit in _LIMITS if name in {*defaults} - {*parameters}]
     if left:
         draft.guess(f"limits of the base: {', '.join(left)}")
@@ -126,7 +126,7 @@ def _summary(drivetrain: Drivetrain) -> str:
 
 
 def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
-    """Bind wheels that slide in one direction to materials with directed friction, which replace materials without direction."""
+    """Bind wheels that slide in one direction to materials with directed friction, instead of materials without direction."""
     groups: dict[Vector3, list[str]] = {}
     for link, direction in drivetrain.grip.items():
         groups.setdefault(direction, []).append(link)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from statistics import fmean
 from typing import Any
 
 from graphengine.bringup.robots.base import Base, Drivetrain
@@ -40,13 +41,17 @@ def measured(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> Drivetra
     if any(wheel.radius <= 0 for wheel in driven):
         return _undriven(draft, base, "the wheels have no round collider that gives their radius")
     driven.sort(key=lambda wheel: (-round(wheel.centre[0], 3), -wheel.centre[1]))
-    radius = sum(wheel.radius for wheel in driven) / len(driven)
+    radius = fmean(wheel.radius for wheel in driven)
     _compare(draft, base, "radius of the wheels", base.radius, radius)
     if base.kinematics == "ackermann":
         return _ackermann(draft, base, driven, wheels)
     if base.kinematics == "differential":
         return _differential(draft, base, driven, wheels, radius)
-    return _mecanum(draft, base, driven) if base.kinematics == "mecanum" else _omni(draft, base, driven)
+    if base.kinematics == "mecanum":
+        return _mecanum(draft, base, driven)
+    if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
+        return _holonomic(draft, base, driven)
+    return _undriven(draft, base, "it has fewer than three wheels, or all of them are parallel")
 
 
 def _undriven(draft: Draft, base: Base, reason: str) -> Drivetrain | None:
@@ -56,9 +61,9 @@ def _undriven(draft: Draft, base: Base, reason: str) -> Drivetrain | None:
 
 
 def _declared(draft: Draft, base: Base, joint: str) -> RobotWheel:
-    """Return the wheel on a joint, for a wheel that does not stand on the floor.
+    """Return the wheel on a joint if this wheel does not stand on the floor.
 
-    If the wheel has no round collider, its radius is that of the base's source, and its centre the origin of the joint.
+    A wheel without a round collider gets the radius of the base's source, and the origin of the joint as its centre.
     """
     description = draft.description
     about = description.joints[joint]
@@ -70,7 +75,7 @@ def _declared(draft: Draft, base: Base, joint: str) -> RobotWheel:
 
 
 def _compare(draft: Draft, base: Base, what: str, said: float | None, true: float) -> None:
-    """Add a remark if a dimension (m) that the source gives, `said`, differs from the one measured on the description, `true`."""
+    """Add a remark if the dimension `said` of the source differs from the dimension `true` of the description, both m."""
     if said is not None and abs(said - true) > _SAME * true:
         draft.notice(f"the {what} is {true:.4g} m as in the description; {base.source} has {said:.4g} m", base.span)
 
@@ -83,7 +88,7 @@ def _differential(
         return _undriven(draft, base, "its wheels do not stand left and right of the root link's x axis")
     if len(left) != len(right) or not _alike(left) or not _alike(right):
         return _undriven(draft, base, "its wheels on one side differ in number or direction from each other")
-    track = _mean(wheel.centre[1] for wheel in left) - _mean(wheel.centre[1] for wheel in right)
+    track = fmean(wheel.centre[1] for wheel in left) - fmean(wheel.centre[1] for wheel in right)
     _compare(draft, base, "track", base.track, track)
     parallel = [wheel for wheel in wheels if wheel.sideways and not wheel.swivel and not wheel.caster]
     loose = casters(driven, parallel)
@@ -105,11 +110,11 @@ def _differential(
 
 
 def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[RobotWheel]) -> Drivetrain:
-    """Return the drivetrain of a skid-steered base: with friction of its wheels, and the track that its controller needs.
+    """Return the drivetrain of a skid-steered base with the friction of its wheels and the track for its controller.
 
     Args:
         draft: receives a remark on the friction.
-        found: drivetrain with the distance between left and right wheels as its track.
+        found: drivetrain whose track is the distance between left and right wheels.
         wheels: all wheels on the floor that do not swivel.
     """
     base, track, ends = found.base, found.parameters["track"], [wheel.centre[0] for wheel in wheels]
@@ -157,26 +162,19 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[RobotWheel]) -> Drivet
         "positions": [[rounded(value) for value in (*wheel.centre[:2], 0.0)] for wheel in driven],
         "axles": [[rounded(math.cos(axle / 2)), 0, 0, rounded(math.sin(axle / 2))] for axle in axles],
         "rollers": [rounded((angle + 90.0 - 1e-9) % 180.0 - 90.0, 6) for angle in rollers],  # a line has no sign
-        "radius": rounded(_mean(wheel.radius for wheel in driven)),
+        "radius": rounded(fmean(wheel.radius for wheel in driven)),
     }
-    known = {
-        key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"
-    }
+    given = base.parameters.items()
+    known = {key: value for key, value in given if "acceleration" not in key and key != "deceleration"}
     grip = {wheel.link: grip for wheel, grip in zip(driven, grips, strict=True) if not wheel.rollers.links}
     return Drivetrain(base, tuple(driven), (), parameters | known, grip)
 
 
-def _omni(draft: Draft, base: Base, driven: Sequence[RobotWheel]) -> Drivetrain | None:
-    if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
-        return _holonomic(draft, base, driven)
-    return _undriven(draft, base, "it has fewer than three wheels, or all of them are parallel")
-
-
 def _grip(draft: Draft, wheel: RobotWheel, base: Base) -> Vector3:
-    """Return the direction along which a mecanum or omni wheel grips, in the root link's frame.
+    """Return the direction along which a mecanum or omni wheel grips: the axis of the roller on the floor, in the root's frame.
 
-    It is the axis of the roller that touches the floor: of a roller in the description, else the direction in Gazebo's `fdir1`,
-    else diagonal for a mecanum wheel, and the rolling direction for an omni wheel.
+    Without rollers in the description, this is the direction in Gazebo's `fdir1`, else a diagonal for a mecanum wheel, and the
+    rolling direction for an omni wheel.
     """
     told = wheel.rollers.axis or friction_direction(draft.description, wheel)
     if told is not None:
@@ -187,7 +185,7 @@ def _grip(draft: Draft, wheel: RobotWheel, base: Base) -> Vector3:
 
 
 def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> Base:
-    """Return the base with its joints replaced by those of wheels on the floor, if its source names joints without wheels.
+    """Return the base; if its source names joints without wheels, with the joints of wheels on the floor instead.
 
     Some controllers command virtual wheels in the middle of an axle.
     """
@@ -207,13 +205,11 @@ def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[RobotWhee
 def _ackermann(
     draft: Draft, base: Base, driven: Sequence[RobotWheel], wheels: Sequence[RobotWheel]
 ) -> Drivetrain | None:
-    description = draft.description
+    description, joints = draft.description, draft.description.joints
     rolling = {wheel.joint: wheel for wheel in (*wheels, *driven) if not wheel.caster}.values()
     steered = [wheel for wheel in rolling if wheel.swivel and wheel.swivel in base.steering]
     fixed = [wheel for wheel in rolling if not wheel.swivel]
-    pivots = [
-        description.joints[joint] for joint in dict.fromkeys(base.steering) if description.joints[joint].mimic is None
-    ]
+    pivots = [joints[name] for name in dict.fromkeys(base.steering) if joints[name].mimic is None]
     pivots.sort(key=lambda joint: -description.pose_in_root(joint.child)[0][1])
     axes = description.axes_in_root()
     upward = {axes[joint.name][2] > 0 for joint in pivots}
@@ -221,13 +217,13 @@ def _ackermann(
         return _undriven(draft, base, "no wheels are found on the steering joints, or none beside them")
     if len(upward) > 1:
         return _undriven(draft, base, "its steering joints turn about opposite axes")
-    ahead = _mean(wheel.centre[0] for wheel in steered) - _mean(wheel.centre[0] for wheel in fixed)
+    ahead = fmean(wheel.centre[0] for wheel in steered) - fmean(wheel.centre[0] for wheel in fixed)
     sides = [description.pose_in_root(joint.child)[0][1] for joint in pivots]
     _compare(draft, base, "wheelbase", base.wheelbase, abs(ahead))
     if track := _spread(fixed) or _spread(steered):
         _compare(draft, base, "track", base.track, track)
     front, back = (steered, fixed) if ahead > 0 else (fixed, steered)
-    back_radius = _mean(wheel.radius for wheel in back)
+    back_radius = fmean(wheel.radius for wheel in back)
     left, right = _by_side(fixed)
     first = 0 if any((wheel in steered) == (ahead > 0) for wheel in driven) else 2
     parameters = {
@@ -244,7 +240,7 @@ def _ackermann(
         "steering_track": rounded(max(sides) - min(sides)),
         "steered_axle": rounded(ahead),
         "fixed_track": rounded(max(_spread(fixed), _BESIDE)),
-        "front_radius": rounded(_mean(wheel.radius for wheel in front)),
+        "front_radius": rounded(fmean(wheel.radius for wheel in front)),
         "back_radius": rounded(back_radius),
         "steering_limit": rounded(_steering_limit(pivots)),
         "center": _centre(fixed),
@@ -254,7 +250,7 @@ def _ackermann(
 
 
 def _steering_limit(pivots: Sequence[Joint]) -> float:
-    """Return the largest angle that all steering joints reach to both sides, rad; 0, i.e. no limit, if no joint has limits."""
+    """Return the largest angle that all steering joints reach on both sides, rad; 0 for no limit if no joint has limits."""
     ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
     return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
@@ -262,7 +258,7 @@ def _steering_limit(pivots: Sequence[Joint]) -> float:
 def _sides(left: Sequence[RobotWheel], right: Sequence[RobotWheel], radius: float) -> dict[str, Any]:
     """Return the graph parameters of both sides: joints, and multipliers of the wheel radius.
 
-    A multiplier is the mean radius of a side's wheels divided by `radius`, and negative if their axes point to the right.
+    A multiplier is the mean radius of the wheels divided by `radius`, and negative if their axes point to the right.
     """
     return {
         "left": [wheel.joint for wheel in left],
@@ -273,7 +269,7 @@ def _sides(left: Sequence[RobotWheel], right: Sequence[RobotWheel], radius: floa
 
 
 def _multiplier(wheels: Sequence[RobotWheel], radius: float) -> float:
-    share = _mean(wheel.radius for wheel in wheels) / radius
+    share = fmean(wheel.radius for wheel in wheels) / radius
     return wheels[0].sign * (1.0 if abs(share - 1.0) < _SAME else rounded(share))
 
 
@@ -284,12 +280,7 @@ def _alike(wheels: Sequence[RobotWheel]) -> bool:
 
 def _centre(wheels: Sequence[RobotWheel]) -> list[float]:
     """Return the mean (x, y) of the wheels' centres in the root link's frame, m."""
-    return [round(_mean(places), 6) + 0.0 for places in zip(*(wheel.centre[:2] for wheel in wheels), strict=True)]
-
-
-def _mean(values: Iterable[float]) -> float:
-    numbers = list(values)
-    return sum(numbers) / len(numbers)
+    return [round(fmean(places), 6) + 0.0 for places in zip(*(wheel.centre[:2] for wheel in wheels), strict=True)]
 
 
 def _spread(wheels: Sequence[RobotWheel]) -> float:

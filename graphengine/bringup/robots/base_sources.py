@@ -1,4 +1,4 @@
-"""Reads mobile bases from controllers of ros2_control, and from drive plugins of Gazebo Sim and Gazebo classic."""
+"""Reads mobile bases from ros2_control's controllers, and from drive plugins of Gazebo Sim and Gazebo classic."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from graphengine.format.wording import printable
 
 @dataclass(frozen=True, slots=True)
 class _Names:
-    """The names under which one kind of controller or plugin gives the properties of a base.
+    """The names under which a type of controller or plugin gives the properties of a base.
 
-    A text lists alternatives, separated by spaces; the first one with a value counts.
+    A text lists alternative names, separated by spaces; the first name with a value counts.
 
     Attributes:
         kinematics: kinematics of the base.
-        driven: groups of names for the joints of driven wheels; all joints of the first group with any joint count.
+        driven: groups of names for the joints of driven wheels; the joints of the first group with a joint count.
         steering: groups of names for the joints that take steering commands.
         radius: names for the radius of the wheels.
         diameter: names for the diameter of the wheels, for sources without a radius.
@@ -52,7 +52,7 @@ class _Names:
 
         Args:
             joints: returns all joints under the given names.
-            positive: returns the first positive number under the given names; None if there is none.
+            positive: returns the first positive number under the given names; None without such a number.
         """
         radius, diameter = positive(*self.radius.split()), positive(*self.diameter.split())
         radius = diameter / 2.0 if radius is None and diameter is not None else radius
@@ -71,16 +71,16 @@ class _Names:
 
 _TABLES = json.loads(Path(__file__).with_name("base_names.json").read_text("utf-8"))
 _CONTROLLERS = {kind: _Names(**names) for kind, names in _TABLES["controllers"].items()}
-"""Names of parameters by the last part of a controller's type."""
+"""A dict from the last part of a controller's type to the names of its parameters."""
 _PLUGINS = {pattern: _Names(**names) for pattern, names in _TABLES["plugins"].items()}
-"""Names of tags, by a pattern of a plugin's file name or name in lower case.
+"""A dict from a pattern of a plugin's file name or name, in lower case, to the names of its tags.
 
 The accelerations `max_wheel_acceleration` and `wheelAcceleration` of Gazebo classic are those of the rim of a wheel, in m/s2.
 """
 _REAR_STEERED = {"rear_wheels_names": "front_wheels_names", "front_wheels_names": "rear_wheels_names"}
 """Names that a controller exchanges if its parameter `front_steering` is false."""
 _MILLISECONDS = "TricycleController"
-"""The controller that has its timeout in ms, not in s."""
+"""The controller whose timeout is in ms instead of s."""
 
 
 def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base | None:
@@ -97,9 +97,8 @@ def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base
             continue
         chosen = base
         if not controller.flag("enable_odom_tf", default=True):
-            draft.lose(
-                f"{base.source}: enable_odom_tf is false, but the graph publishes the transform odom -> base", base.span
-            )
+            text = "enable_odom_tf is false, but the graph publishes the transform odom -> base"
+            draft.lose(f"{base.source}: {text}", base.span)
     return chosen
 
 
@@ -118,7 +117,7 @@ def _joints(controller: Controller, *names: str) -> tuple[str, ...]:
 
 
 def _positive(controller: Controller, *names: str) -> float | None:
-    """Return the first positive number in these parameters; limits may be negative, or disabled by another parameter."""
+    """Return the first positive number in these parameters; the magnitude of a limit, unless another parameter disables it."""
     for name in names:
         axis, _, limit = name.rpartition(".max_")
         if not axis:
@@ -131,9 +130,9 @@ def _positive(controller: Controller, *names: str) -> float | None:
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
-    """Return the base that the first usable drive plugin describes, or None without such a plugin.
+    """Return the base of the first usable drive plugin; None without such a plugin.
 
-    Topics that other plugins set, such as odometry_publisher, replace those of the drive plugin.
+    Topics of other plugins, such as odometry_publisher, replace those of the drive plugin.
     """
     base: Base | None = None
     topics: dict[str, float | str] = {}
@@ -163,7 +162,7 @@ def base_of_plugins(draft: Draft) -> Base | None:
 
 
 def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
-    """Return topics from the remappings of Gazebo's ros2_control plugin, as parameters of the base's graph."""
+    """Return the topics to which Gazebo's ros2_control plugin remaps, as parameters of the base's graph."""
     found: dict[str, float | str] = {}
     for plugin, told in _plugins(draft):
         if "ros2_control" in told or "ros2control" in told:
@@ -178,7 +177,7 @@ def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
 
 
 def _plugins(draft: Draft) -> Iterator[tuple[Element, str]]:
-    """Yield each plugin, with its file name and name in lower case."""
+    """Yield each plugin, and a text with its file name and its name in lower case."""
     for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
         told = f"{plugin.get('filename')} {plugin.get('name')}".lower()
         yield plugin, told.replace("-publisher", "_publisher")
@@ -212,9 +211,9 @@ def _topics(plugin: Element) -> dict[str, float | str]:
 
 
 def _topic(plugin: Element, name: str, *tags: str) -> str | None:
-    """Return the topic in one of a plugin's tags, or to which the plugin remaps its topic `name`; None without either.
+    """Return the topic in the first of some tags of a plugin, else the name to which the plugin remaps `name`; else None.
 
-    A plugin of Gazebo classic may have a namespace, which is put before each name that does not begin with `/`.
+    Each name that does not begin with `/` gets the namespace that a plugin of Gazebo classic may have.
     """
     written = _first(plugin, *tags) or _remapped(plugin, name)
     spaces = [text for ros in plugin.all("ros") for text in _texts(ros, "namespace")]
@@ -225,14 +224,14 @@ def _topic(plugin: Element, name: str, *tags: str) -> str | None:
 
 
 def _remapped(plugin: Element, name: str) -> str:
-    """Return the new name that a `<remapping>` of a plugin gives to `name`; empty if the name is not remapped."""
+    """Return the new name of `name` in a `<remapping>` of a plugin; empty if the plugin does not remap this name."""
     elements = (each for ros in plugin.all("ros") for tag in ("remapping", "argument") for each in ros.all(tag))
     remappings = (element.text.partition(":=") for element in elements)
     return next((new.strip() for old, _, new in remappings if old.strip() == name), "")
 
 
 def _flaw(draft: Draft, base: Base) -> str:
-    """Return the reason why the joints of a base cannot drive it; empty if they can."""
+    """Return the reason why the joints of a base cannot drive the base; empty if they can."""
     joints = draft.description.joints
     for name in (*base.driven, *base.steering):
         if name not in joints:

@@ -13,9 +13,9 @@ from graphengine.descriptions.robot_files.draft import ALIGNED, Draft, RobotWhee
 from graphengine.devices.rotation import Vector3, rotate
 
 _HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")
-"""Parts of names of mecanum wheels; parallel wheels that are called omni wheels can only be mecanum wheels."""
+"""Parts of names of mecanum wheels; parallel wheels with the name of omni wheels can only be mecanum wheels."""
 _DIAGONAL = 0.3
-"""Minimum ratio of the smaller to the larger of the x and y components of a diagonal direction."""
+"""Minimum ratio of the smaller to the larger component (x, y) of a diagonal direction."""
 _TRAIL = 0.1
 """Minimum distance of a caster's axle from the axis of its swivel, as a fraction of the wheel's radius."""
 _MIRRORED = 0.1
@@ -31,26 +31,22 @@ def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[RobotWheel
     """
     description, axes = draft.description, draft.description.axes_in_root()
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
-    swivels = [_swivel(description, description.joints[shape.joint], axes) for shape in shapes]
-    swivelling = [shape for shape, swivel in zip(shapes, swivels, strict=True) if swivel is not None]
-    return [
-        _wheel(description, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)
-    ]
+    swivels = {shape.joint: _swivel(description, description.joints[shape.joint], axes) for shape in shapes}
+    swivelling = [shape for shape in shapes if swivels[shape.joint] is not None]
+    found = list(shapes)
+    for number, shape in enumerate(shapes):
+        if (swivel := swivels[shape.joint]) is not None:
+            pivot = description.pose_in_root(swivel.child)[0]
+            caster = swivel.name not in commanded and _is_caster(shape, pivot, swivelling)
+            found[number] = replace(shape, swivel=swivel.name, caster=caster)
+    return found
 
 
-def _wheel(
-    description: RobotDescription,
-    shape: RobotWheel,
-    swivel: Joint | None,
-    commanded: Collection[str],
-    others: Iterable[RobotWheel],
-) -> RobotWheel:
-    caster = False
-    if swivel is not None and swivel.name not in commanded:
-        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, description.pose_in_root(swivel.child)[0]
-        trail = abs((x - pivot_x) * shape.axle[1] - (y - pivot_y) * shape.axle[0])  # across the axle
-        caster = trail > _TRAIL * shape.radius or (shape.swivels and not any(_mirrors(shape, each) for each in others))
-    return replace(shape, swivel=swivel.name if swivel is not None else "", caster=caster)
+def _is_caster(wheel: RobotWheel, pivot: Vector3, others: Iterable[RobotWheel]) -> bool:
+    """Return whether a swivelling wheel trails its pivot, or swivels freely without a counterpart among the others."""
+    (x, y, _), (pivot_x, pivot_y, _) = wheel.centre, pivot
+    trail = abs((x - pivot_x) * wheel.axle[1] - (y - pivot_y) * wheel.axle[0])  # across the axle
+    return trail > _TRAIL * wheel.radius or (wheel.swivels and not any(_mirrors(wheel, each) for each in others))
 
 
 def _mirrors(one: RobotWheel, other: RobotWheel) -> bool:
@@ -61,7 +57,7 @@ def _mirrors(one: RobotWheel, other: RobotWheel) -> bool:
 
 
 def _swivel(description: RobotDescription, joint: Joint, axes: Mapping[str, Vector3]) -> Joint | None:
-    """Return the nearest rotating joint with a vertical axis above a wheel's joint; None if there is none."""
+    """Return the nearest joint above a wheel's joint that rotates about a vertical axis; None without such a joint."""
     turning = (carrier for carrier in description.carriers(joint.parent) if carrier.type in TURNING)
     return next((carrier for carrier in turning if abs(axes[carrier.name][2]) > ALIGNED), None)
 
@@ -70,7 +66,7 @@ def base_of_wheels(draft: Draft, wheels: Sequence[RobotWheel], commanded: Collec
     """Return the base that the arrangement of the wheels suggests; None if no graph can drive them.
 
     Args:
-        draft: receives a remark with the reason if there are wheels that no graph can drive.
+        draft: receives a remark with the reason if no graph can drive the wheels.
         wheels: wheels on the floor.
         commanded: names of joints that take commands; empty if the description does not list them.
     """
@@ -78,21 +74,19 @@ def base_of_wheels(draft: Draft, wheels: Sequence[RobotWheel], commanded: Collec
     fixed = [wheel for wheel in rolling if not wheel.swivel]
     steered = [wheel for wheel in rolling if wheel.swivel]
     driven = [wheel for wheel in rolling if wheel.joint in commanded] or fixed
-    if not rolling or not driven:
+    if not driven:
         return None
+    driven = driven if steered else _without_casters(driven, commanded)
     span = draft.description.joints[driven[0].joint].element.span
     names = tuple(wheel.joint for wheel in driven)
     if steered:
         pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
         if fixed and len(pivots) <= 2:
             return Base("ackermann", names, pivots, "the wheels, of which some are steered", span, guessed=True)
-        which = (
-            f"of whose {len(rolling)} wheels {len(steered)} are" if fixed else f"whose {len(steered)} wheels are all"
-        )
+        count = len(steered)
+        which = f"of whose {len(rolling)} wheels {count} are" if fixed else f"whose {count} wheels are all"
         draft.lose(f"a base {which} steered: no graph drives it", span)
         return None
-    driven = _without_casters(driven, commanded)
-    names, span = tuple(wheel.joint for wheel in driven), draft.description.joints[driven[0].joint].element.span
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
             if len(driven) >= 4 and is_mecanum(draft.description, driven):
@@ -112,7 +106,7 @@ def _parallel(one: Vector3, other: Vector3) -> bool:
 
 
 def _without_casters(wheels: Sequence[RobotWheel], commanded: Collection[str]) -> list[RobotWheel]:
-    """Leave out uncommanded wheels that roll only sideways and are smaller than the others, as in casters of several balls."""
+    """Return the wheels without small uncommanded wheels that roll only sideways, such as balls of casters."""
     limit = SMALL * max(wheel.radius for wheel in wheels)
     return [each for each in wheels if each.sideways or each.joint in commanded or each.radius >= limit]
 
@@ -120,8 +114,8 @@ def _without_casters(wheels: Sequence[RobotWheel], commanded: Collection[str]) -
 def is_mecanum(description: RobotDescription, wheels: Sequence[RobotWheel]) -> bool:
     """Return whether wheels are mecanum wheels.
 
-    They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
-    joint, link or mesh calls it a mecanum or omni wheel.
+    Mecanum wheels have rollers, or in Gazebo friction, with a diagonal direction; or the name of the robot, or of a wheel's
+    joint, link or mesh, contains `mecanum` or `omni_wheel`.
     """
     if any(is_diagonal(wheel.rollers.axis) or friction_direction(description, wheel) is not None for wheel in wheels):
         return True
@@ -129,7 +123,7 @@ def is_mecanum(description: RobotDescription, wheels: Sequence[RobotWheel]) -> b
 
 
 def friction_direction(description: RobotDescription, wheel: RobotWheel) -> Vector3 | None:
-    """Return Gazebo's friction direction `fdir1` of a wheel in the root link's frame; None unless it is a diagonal direction."""
+    """Return the first diagonal friction direction `fdir1` of a wheel in Gazebo, in the root link's frame; None without one."""
     for gazebo in description.element.all("gazebo"):
         if gazebo.get("reference") != wheel.link:
             continue
@@ -145,7 +139,7 @@ def friction_direction(description: RobotDescription, wheel: RobotWheel) -> Vect
 
 
 def is_diagonal(direction: Vector3 | None) -> bool:
-    """Return whether a direction is diagonal in the xy plane, as the axes of mecanum rollers are."""
+    """Return whether a direction is diagonal in the xy plane, like the axis of a mecanum roller."""
     x, y = (abs(part) for part in (direction or (0.0, 0.0))[:2])
     return min(x, y) > _DIAGONAL * max(x, y)
 

@@ -14,17 +14,16 @@ from graphengine.descriptions.robot_files.draft import Draft, shipped_graph
 from graphengine.format.files import shipped
 
 MESHES = "meshes"
-"""Folder beside the description for copies of meshes to which it refers by path."""
+"""Folder beside the description for copies of meshes that the description names by path."""
 
 
 def bundle_meshes(description: RobotDescription) -> dict[Path, Path]:
     """Choose a path beside the description for a copy of each mesh, and change the references in the description.
 
-    References into packages stay unchanged, because other ROS programs read them too. All other references are changed to the
-    copies, except references to missing files.
+    References into packages stay unchanged, because other ROS programs read them too; so do references to missing files.
 
     Returns:
-        the file to copy for each mesh, by the path of the copy relative to the description.
+        a dict from the path of each copy, relative to the description, to the file to copy.
     """
     sources: dict[Path, Path] = {}
     for element in (each for each in description.element.walk() if each.tag == "mesh" and each.get("filename")):
@@ -43,7 +42,7 @@ def bundle_meshes(description: RobotDescription) -> dict[Path, Path]:
 
 
 def bundle_model(model: Path, library: Library, name: str) -> dict[Path, Path]:
-    """Return the files of a MuJoCo model, by the paths of their copies relative to the folder of the robot file.
+    """Return a dict from the copies of a MuJoCo model's files, relative to the folder of the robot file, to the files.
 
     The copies are in the folder `NAME_model`.
 
@@ -61,7 +60,7 @@ def bundle_graphs(draft: Draft) -> dict[Path, Path]:
     """Change the draft to use copies of the included graphs; the copies are in a folder next to that of the robot file.
 
     Returns:
-        the file to copy for each graph and its subgraphs, by the path of the copy relative to the folder of the robot file.
+        a dict from the path of each copy, relative to the folder of the robot file, to the file of a graph or subgraph.
     """
     sources: dict[Path, Path] = {}
     for entry in draft.graphs.values():
@@ -73,7 +72,7 @@ def bundle_graphs(draft: Draft) -> dict[Path, Path]:
 
 
 def _with_subgraphs(reference: str) -> Iterator[str]:
-    """Yield the reference to an included graph, then references to all subgraphs that it uses, directly or indirectly."""
+    """Yield the reference to an included graph, then the references to all its direct and indirect subgraphs."""
     yield reference
     nodes = shipped_graph(reference).get("nodes", {}).values()
     for name in dict.fromkeys(node["subgraph"] for node in nodes if isinstance(node, dict) and "subgraph" in node):
@@ -91,7 +90,7 @@ def _find(reference: str, packages: Packages) -> Path | None:
 
 
 def _free(target: Path, source: Path, taken: dict[Path, Path]) -> Path:
-    """Return the target path; if another file has it already, append a number to its name."""
+    """Return the target path, with a number after the name if another file has this path."""
     number, free = 2, target
     while taken.get(free, source) != source:
         free = target.with_stem(f"{target.stem}_{number}")

@@ -17,7 +17,7 @@ from graphengine.format.wording import printable
 
 _PARAMETERS = "ros__parameters"
 _CONTROL_PLUGINS = ("ros2_control", "ROS2Control")
-"""A Gazebo plugin runs a controller manager if its file name or name contains one of these texts."""
+"""Texts in the file name or name of Gazebo plugins that run a controller manager."""
 _FIND = "$(find "
 _MOST = 1e6
 """Maximum absolute value of a numeric parameter; a parameter with a larger value counts as missing."""
@@ -31,7 +31,7 @@ class Controller:
         name: name of the controller's node.
         type: plugin type, such as `diff_drive_controller/DiffDriveController`.
         span: source location of the controller's section.
-        values: parameters of the controller by dotted name.
+        values: a dict from dotted names to the parameters of the controller.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Controller:
         return printable(f"{self.kind} {self.name}")
 
     def number(self, *names: str) -> float | None:
-        """Return the value of the first of these parameters that is a number; None if none is."""
+        """Return the first number among the values of these parameters; None without a number."""
         for name in names:
             value = self.values.get(name)
             if value is not None and type(value.data) in (int, float) and abs(value.data) <= _MOST:
@@ -58,12 +58,12 @@ class Controller:
         return None
 
     def positive(self, *names: str) -> float | None:
-        """Return the value of the first of these parameters that is a number; None if none is, or if it is not positive."""
+        """Return the first number among the values of these parameters if it is positive, else None."""
         number = self.number(*names)
         return number if number is not None and number > 0 else None
 
     def texts(self, *names: str) -> tuple[str, ...]:
-        """Return all texts in these parameters, in this order; the value of a parameter is a text or a list of texts."""
+        """Return all texts in these parameters, in the given order; each parameter has a text or a list of texts."""
         found: list[str] = []
         for value in (self.values[name] for name in names if name in self.values):
             items = value.data if isinstance(value.data, list) else [value]
@@ -71,7 +71,7 @@ class Controller:
         return tuple(found)
 
     def flag(self, name: str, default: bool) -> bool:
-        """Return the value of a boolean parameter, or `default` if it is missing or not a boolean."""
+        """Return the value of a boolean parameter; `default` if the parameter is missing or has another type."""
         value = self.values.get(name)
         return value.data if value is not None and isinstance(value.data, bool) else default
 
@@ -82,7 +82,7 @@ def load_parameters(path: Path, findings: Findings, shown_as: str | None = None)
 
 
 def controllers(draft: Draft) -> list[Controller]:
-    """Return the controllers of the parameter file that the user names, else of the files that Gazebo plugins name."""
+    """Return the controllers of the user's parameter file; without this file, of the files that Gazebo plugins name."""
     documents = [draft.controllers] if draft.controllers is not None else list(_named(draft))
     return [controller for document in documents for controller in read(document)]
 
@@ -110,7 +110,7 @@ def read(document: Document) -> list[Controller]:
 
 
 def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
-    """Yield the node name and the parameters of each section; the name is empty for a section that applies to all nodes."""
+    """Yield the node name and the parameters of each section; the name is empty if the section applies to all nodes."""
     if not isinstance(value.data, dict):
         return
     for key, item in value.data.items():
@@ -124,7 +124,7 @@ def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
 
 
 def _flat(value: Value) -> dict[str, Value]:
-    """Return the scalars and lists in nested mappings, by dotted name."""
+    """Return a dict from dotted names to the scalars and lists in nested mappings."""
     found: dict[str, Value] = {}
     pending = [("", value)]
     while pending:
@@ -137,7 +137,7 @@ def _flat(value: Value) -> dict[str, Value]:
 
 
 def _named(draft: Draft) -> Iterator[Document]:
-    """Yield each parameter file that a ros2_control plugin of Gazebo names, once."""
+    """Yield the parameter files that ros2_control plugins of Gazebo name, each once."""
     seen: set[str] = set()
     for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
         name = plugin.get("filename") + plugin.get("name")
@@ -153,7 +153,7 @@ def _named(draft: Draft) -> Iterator[Document]:
 
 
 def _open(draft: Draft, reference: str, span: Span) -> Document | None:
-    """Return the parameter file to which a plugin refers; None if it cannot be read, which is added to `draft.lost`."""
+    """Return the parameter file to which a plugin refers; add the reason to `draft.lost` and return None after an error."""
     packages = draft.description.packages
     told = f"the controllers of {printable(reference)}"
     path = next(iter(packages.places(reference)), packages.folder / reference)

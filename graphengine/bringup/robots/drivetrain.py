@@ -19,9 +19,9 @@ from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
 from graphengine.format.wording import printable
 
 _ACROSS = 0.7
-"""Cosine of the angle between its axle and the y axis of the root link below which a wheel rolls across the x axis."""
+"""Maximum cosine of the angle between the y axis of the root link and the axle of a wheel that rolls across the x axis."""
 _SLIPPERY = 0.1
-"""Friction below which wheels cannot accelerate a base by 1 m/s2."""
+"""Friction coefficient below which wheels cannot accelerate a base by 1 m/s2."""
 
 
 def add_drivetrain(draft: Draft) -> None:
@@ -47,7 +47,7 @@ def add_drivetrain(draft: Draft) -> None:
 
 
 def _mark_dragging(draft: Draft, drivetrain: Drivetrain) -> None:
-    """Mark wheels without a drive that roll across the x axis of the root link, along which a base with fixed wheels drives."""
+    """Mark wheels without a drive that roll across the driving direction of a base with fixed wheels, the root link's x axis."""
     if not all(wheel.sideways for wheel in drivetrain.wheels):
         return
     driven = {wheel.joint for wheel in drivetrain.wheels}
@@ -57,23 +57,22 @@ def _mark_dragging(draft: Draft, drivetrain: Drivetrain) -> None:
 
 
 def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> bool:
-    """Return whether the wheels of a differential base have mecanum rollers, on which it slides aside; if so, add a remark."""
+    """Return whether a differential base would slide aside on mecanum rollers; if so, add a remark."""
     rolling = [wheel for wheel in wheels if wheel.joint in base.driven and is_diagonal(wheel.rollers.axis)]
     if base.kinematics != "differential" or not rolling:
         return False
-    draft.lose(
-        f"{base.source}: its wheels have diagonal rollers, on which a differential base would slide aside", base.span
-    )
+    text = "its wheels have diagonal rollers, on which a differential base would slide aside"
+    draft.lose(f"{base.source}: {text}", base.span)
     return True
 
 
 def _sliding(base: Base, wheels: Sequence[RobotWheel]) -> list[RobotWheel]:
-    """Return the wheels that slide if they move sideways: all but omni wheels with rollers that the base does not drive."""
+    """Return the wheels that slide in sideways motion: the wheels of the base, and all other wheels without rollers."""
     return [wheel for wheel in wheels if wheel.joint in base.driven or not wheel.rollers.links]
 
 
 def _tell_fixed(draft: Draft, wheels: Sequence[RobotWheel]) -> None:
-    """Add a remark if fixed joints connect a base on wheels to the link `world`, so that its wheels cannot move it."""
+    """Add a remark if fixed joints connect a base on wheels to the link `world`; its wheels then cannot move the base."""
     rolling = [wheel for wheel in wheels if not wheel.caster]
     if draft.description.root != WORLD or len(rolling) < 2:
         return
@@ -86,7 +85,7 @@ def _tell_fixed(draft: Draft, wheels: Sequence[RobotWheel]) -> None:
 
 
 def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
-    """Add a remark that nothing moves the robot, if no joint has a drive; for a fixed robot, if its joints would move.
+    """Add a remark if no joint of a free robot, or of a fixed robot with moving joints, has a drive.
 
     Args:
         draft: receives the remark.
@@ -108,28 +107,22 @@ def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
 
 
 def _bases(
-    draft: Draft,
-    known: Sequence[Controller],
-    wheels: Sequence[RobotWheel],
-    commanded: Collection[str],
+    draft: Draft, known: Sequence[Controller], wheels: Sequence[RobotWheel], commanded: Collection[str]
 ) -> Iterator[Base]:
-    """Yield the base of each source that describes one: controllers, Gazebo plugins, then the wheels on the floor."""
+    """Yield the bases that controllers, Gazebo plugins, and the wheels on the floor describe, in this order."""
     topics = topics_of_plugins(draft)
-    base = base_of_controllers(draft, known)
-    if base is not None:
+    if (base := base_of_controllers(draft, known)) is not None:
         yield base.with_parameters(topics)
-    base = base_of_plugins(draft)
-    if base is not None:
+    if (base := base_of_plugins(draft)) is not None:
         yield base
-    base = base_of_wheels(draft, wheels, commanded)
-    if base is not None:
+    if (base := base_of_wheels(draft, wheels, commanded)) is not None:
         if draft.pushed:
             _drop_slippery(draft, {wheel.link for wheel in wheels if wheel.joint in base.driven})
         yield base.with_parameters(topics)
 
 
 def _drop_slippery(draft: Draft, links: Collection[str]) -> None:
-    """Unbind links of driven wheels from materials with which they cannot drive, and add a remark."""
+    """Unbind driven wheels from materials that are too slippery for driving, and add a remark."""
     dropped: dict[str, float] = {}
     for name, entry in [*draft.materials.items()]:
         friction, bound = entry.value["dynamic_friction"], entry.value["bind"]

@@ -6,7 +6,6 @@ from typing import Any
 
 from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.devices.rotation import rotate
@@ -14,13 +13,13 @@ from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
 COLOURS = GAZEBO_NAMES["colours"]
-"""Diffuse colours (red, green, blue) of the materials `Gazebo/NAME` that have no texture, by NAME in lower case."""
+"""A dict from NAME, in lower case, to the diffuse colour (red, green, blue) of a material `Gazebo/NAME` without texture."""
 _SURFACE = ("collision", "surface", "friction")
 _FRICTION_PATHS: tuple[tuple[str, ...], ...] = ((), (*_SURFACE, "ode"), (*_SURFACE, "bullet"))
 """Paths below which a `<gazebo>` element may have a friction."""
 _SOLVER = ("kp", "kd", "minDepth", "min_depth", "maxVel", "max_vel", "maxContacts", "max_contacts")
 _Surfaces = dict[str, tuple[Any, ...]]
-"""Friction by link: along, and if it has a direction, across, direction and frame."""
+"""A dict from links to frictions: along, and for a friction with a direction also across, direction and frame."""
 _NO_EFFECT = ("preserveFixedJoint", "disableFixedJointLumping", "provideFeedback")
 """Settings of joints without effect, because all fixed joints are kept and the forces of all joints are known."""
 _SYSTEMS = ("Sensors", "Imu", "Contact", "Physics", "SceneBroadcaster", "UserCommands")
@@ -69,39 +68,35 @@ def _friction(subject: Subject, values: Values, surfaces: _Surfaces) -> None:
         surfaces.setdefault(link, (along,))
         draft.second_frictions[link] = across
         reason = "without fdir1, Gazebo takes it along an axis of the world"
-        subject.lost(
-            f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions, but mu2 across skid-steered wheels"
-        )
+        effect = f"mu1 {along:g} holds in all directions, but mu2 across skid-steered wheels"
+        subject.lost(f"mu2 {across:g}: {reason}; {effect}")
     else:
-        vector, frame = _direction(draft.description, link, direction, subject)
+        vector, frame = _direction(subject, direction)
         surfaces.setdefault(link, (along, across, vector, frame))
         subject.carried(f"friction {along:g} along fdir1, {across:g} across it", {("friction", link): (along, across)})
 
 
-def _direction(
-    description: RobotDescription, link: str, element: Element, subject: Subject
-) -> tuple[tuple[float, ...], str]:
-    """Return the direction of the friction `mu1`, and the name of the link in whose frame the direction is given.
+def _direction(subject: Subject, element: Element) -> tuple[tuple[float, ...], str]:
+    """Return the direction of the friction `mu1` of a link, and the name of the link in whose frame the direction is given.
 
-    If the direction would turn with a moving link, such as a wheel, it is converted to the frame of the parent link.
+    The direction on a moving link, such as a wheel, is converted to the frame of the parent link.
 
     Raises:
         UnusableError: the direction is zero or not numeric, or its frame is not a link.
     """
-    given = numbers(element.text or element.get("value"), 3)
+    text, links = element.text or element.get("value"), subject.draft.description.links
+    given = numbers(text, 3)
     if given is None or not any(given):
-        raise UnusableError(
-            f"fdir1 {printable((element.text or element.get('value'))[:40])!r} is not a direction", element.span
-        )
+        raise UnusableError(f"fdir1 {printable(text[:40])!r} is not a direction", element.span)
     vector = (given[0], given[1], given[2])
     frame = next((element.get(key) for key in element.attributes if key.endswith("expressed_in")), "")
-    if frame in description.links:
+    if frame in links:
         return vector, frame
     if frame:
         raise UnusableError(f"fdir1 is expressed in {printable(frame[:60])!r}, which is not a link", element.span)
-    carrier = description.links[link].carrier
+    carrier = links[subject.name].carrier
     if carrier is None or not carrier.moves:
-        return vector, link
+        return vector, subject.name
     subject.guessed("fdir1 turns with the link in Gazebo; here it stays as at joint position zero")
     return tuple(round(part, 9) for part in rotate(carrier.pose[1], vector)), carrier.parent
 
@@ -132,7 +127,7 @@ def _solver(subject: Subject, values: Values, _: _Surfaces) -> None:
 
 
 def _colour(subject: Subject, values: Values, _: _Surfaces) -> None:
-    """Add the colour of a link if it has visuals without a material."""
+    """Add the colour of a link with visuals that have no material."""
     links, link = subject.draft.description.links, subject.name
     name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
     name = name or values.text("material")
@@ -163,11 +158,11 @@ _PARTS = {
     _colour: ("material", "visual"),
     _gravity: ("gravity", "turnGravityOff"),
 }
-"""Functions that convert settings of a link, with the tags below `<gazebo>` that each of them reads."""
+"""A dict from functions that convert settings of a link to the tags below `<gazebo>` that they read."""
 
 
 def _static(draft: Draft) -> None:
-    """Fix the base of the robot to the world if Gazebo's settings make the robot static."""
+    """Fix the base to the world if Gazebo's settings make the robot static."""
     for gazebo in draft.description.element.all("gazebo"):
         static = gazebo.first("static") if not gazebo.get("reference") else None
         if static is not None and static.text.strip().lower() in ("true", "1"):
@@ -178,14 +173,15 @@ def _static(draft: Draft) -> None:
 
 
 def _self_collision(draft: Draft) -> None:
-    """Enable self-collision if the settings of the robot, or of all links with colliders, request it; else report it as lost."""
+    """Enable self-collision if the robot or all its links with colliders request it; report other requests as lost."""
     asking: list[Subject] = []
     for element in draft.description.element.all("gazebo"):
-        name, values = element.get("reference"), Values(element)
-        if values.flag("selfCollide|self_collide") and (not name or name in draft.description.links):
+        name = element.get("reference")
+        if name and name not in draft.description.links:
+            continue
+        draft.use_parts(element, "selfCollide", "self_collide")
+        if Values(element).flag("selfCollide|self_collide"):
             asking.append(Subject(draft, "link", name, element.span))
-        if not name or name in draft.description.links:
-            draft.use_parts(element, "selfCollide", "self_collide")
     solid = {name for name, link in draft.description.links.items() if link.colliders}
     names = {subject.name for subject in asking}
     if "" in names or (names and names >= solid):

@@ -39,28 +39,25 @@ class _Triad(NamedTuple):
 
 _TRIADS = (
     _Triad("linear_acceleration", "accel", "acceleration", "accelerometer", "bias_instability_ug", 1e6 / 9.80665),
-    _Triad(
-        "angular_velocity", "rate", "angular_velocity", "gyroscope", "bias_instability_dph", math.degrees(1.0) * 3600.0
-    ),
+    _Triad("angular_velocity", "rate", "angular_velocity", "gyroscope", "bias_instability_dph", math.degrees(3600.0)),
 )
+_SPREADS = ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+"""Quantities of an IMU's noise for which a profile has one value for all axes."""
 _COARSEST = 0.1
-"""Range resolutions above this value (m) count as placeholders and are ignored; many descriptions give 1 m."""
+"""Largest range resolution (m) that is used; larger values, such as 1 m in many descriptions, are placeholders."""
 
 
 def ray(values: Values, sensor: Subject) -> Figures:
     """Return the type, graph and profile of a ray sensor.
 
-    A sensor with a single ray, or with a plugin that publishes sensor_msgs/Range, becomes a range sensor; any other becomes a
-    lidar.
+    A sensor with a single ray, or with a plugin that publishes sensor_msgs/Range, becomes a range sensor; else a lidar.
     """
     wide, tall = _Arc.of(values, sensor, "horizontal", 640), _Arc.of(values, sensor, "vertical", 1)
     near = values.number("lidar|ray", "range", "min", default=0.08)
     far = values.number("lidar|ray", "range", "max", default=10.0)
     profile: dict[str, Any] = {"rate": rate(values, 10.0, sensor)}
-    extra = _given(
-        noise_std=noise(values, sensor, ("lidar|ray", "noise"), ("noise",)),
-        resolution=_resolution(values, far, sensor),
-    )
+    deviation = noise(values, sensor, ("lidar|ray", "noise"), ("noise",))
+    extra = _given(noise_std=deviation, resolution=_resolution(values, far, sensor))
     single = wide.count == 1 and tall.count == 1
     output = values.text("plugin", "output_type").rpartition("/")[2]
     if single or output == "Range" or "range" in (plugin := _plugin(values)) or "sonar" in plugin:
@@ -112,19 +109,15 @@ def sonar(values: Values, sensor: Subject) -> Figures:
 
 
 def imu(values: Values, sensor: Subject) -> Figures:
-    """Return the type, graph and profile of an IMU; a profile has one noise for all axes, the largest of Gazebo's values."""
+    """Return the type, graph and profile of an IMU; the profile has the largest noise of the three axes for all axes."""
     profile: dict[str, Any] = {"rate": rate(values, 100.0, sensor)}
     for triad in _TRIADS:
-        quantities = {
-            name: [_of_axis(values, triad, axis, name) for axis in _AXES]
-            for name in ("stddev", "mean", "bias_mean", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
-        }
-        for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time"):
+        names = ("mean", "bias_mean", *_SPREADS)
+        quantities = {name: [_of_axis(values, triad, axis, name) for axis in _AXES] for name in names}
+        for name in _SPREADS:
             if len(set(quantities[name])) > 1:
                 sensor.guessed(f"{name} of {triad.section}: the profile has one for all axes, the greatest")
-        deviation, drift, time = (
-            max(quantities[name]) for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
-        )
+        deviation, drift, time = (max(quantities[name]) for name in _SPREADS)
         deviation = deviation or _of_plugin(values, triad)
         bias = [mean + offset for mean, offset in zip(quantities["mean"], quantities["bias_mean"], strict=True)]
         profile |= _given(**{f"{triad.name}_noise": deviation})
@@ -154,7 +147,7 @@ def camera(values: Values, sensor: Subject) -> Figures:
 
 
 def depth_camera(values: Values, sensor: Subject, graph: str, images: str) -> Figures:
-    """Return the type, graph and profile of a camera with depth; `images` says what its graph publishes."""
+    """Return the type, graph and profile of a camera with depth; `images` names the images that the graph publishes."""
     profile = _pinhole(values, sensor) | {"depth": True}
     values.skip("camera", "depth_camera", "output")
     clip = [values.number("camera", "depth_camera", "clip", end) for end in ("near", "far")]
@@ -177,9 +170,9 @@ def navsat(values: Values, sensor: Subject) -> Figures:
 
 
 def force_torque(values: Values, sensor: Subject) -> Figures:
-    """Return the type, graph and profile of a force-torque sensor; one noise for all axes, the largest of Gazebo's values.
+    """Return the type, graph and profile of a force-torque sensor; all axes have the largest noise of Gazebo's values.
 
-    In Gazebo, values have the axes of the child link by default; the sensor then has the orientation of its link.
+    In Gazebo, values have the axes of the child link by default; the sensor then has the orientation of this link.
     """
     profile: dict[str, Any] = {"rate": rate(values, 60.0, sensor)}
     frame = _word(values, "frame", _FRAMES)
@@ -197,23 +190,22 @@ def force_torque(values: Values, sensor: Subject) -> Figures:
     return Figures("force_torque", "force_torque", profile, "force-torque sensor", turned=frame == "sensor")
 
 
+_rgbd_camera = partial(depth_camera, graph="rgbd_camera", images="colour and depth")
+"""Converts also the sensor type `depth` of Gazebo classic, because its plugins publish colours too."""
 READERS: dict[str, Callable[[Values, Subject], Figures]] = {
     **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), ray),
     "sonar": sonar,
     "imu": imu,
     "camera": camera,
     "depth_camera": partial(depth_camera, graph="depth_camera", images="depth"),
-    # `depth` is classic Gazebo's, whose plugins publish colours too
-    **dict.fromkeys(
-        ("depth", "rgbd_camera", "rgbd"), partial(depth_camera, graph="rgbd_camera", images="colour and depth")
-    ),
+    **dict.fromkeys(("depth", "rgbd_camera", "rgbd"), _rgbd_camera),
     "contact": contact,
     **dict.fromkeys(("navsat", "gps"), navsat),
     "force_torque": force_torque,
 }
-"""Function that converts a sensor, by sensor type in SDF."""
+"""A dict from sensor types in SDF to the functions that convert them."""
 NO_LIKE = GAZEBO_NAMES["no_like"]
-"""Description of sensor types without an equivalent, by sensor type in SDF; it completes `there is nothing like ...`."""
+"""A dict from sensor types in SDF without an equivalent to texts that complete `there is nothing like ...`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +243,7 @@ class _Arc:
 
 
 def _given(**figures: float) -> dict[str, float]:
-    """Return the values that are not zero, because zero is the default of a profile."""
+    """Return the values other than zero, which is the default in a profile."""
     return {name: value for name, value in figures.items() if value}
 
 
@@ -282,7 +274,7 @@ def _word(values: Values, tag: str, legal: tuple[str, ...]) -> str:
 
 
 def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
-    """Return a quantity from the noise of an axis; without such noise, from Gazebo classic's common noise of all axes."""
+    """Return a quantity of the noise of an axis; without this noise, of Gazebo classic's common noise of all axes."""
     path = ("imu", triad.section, axis, "noise")
     found = values.find(*path)
     if found is None:
@@ -292,7 +284,7 @@ def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
 
 
 def _of_plugin(values: Values, triad: _Triad) -> float:
-    """Return the standard deviation of the noise that a ROS 1 plugin gives, the largest of the three axes; 0 without any."""
+    """Return the largest standard deviation of the axes' noise in a ROS 1 plugin; 0 without noise."""
     texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
     given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
     return max(given[0]) if given else 0.0
@@ -309,9 +301,8 @@ def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:
             raise UnusableError(f"image {side} {length:g} is not a valid number of pixels", sensor.span)
     wide = values.number(*camera, "horizontal_fov", default=1.047)
     if not 0.0 < wide < math.pi:
-        raise UnusableError(
-            f"horizontal_fov {wide:g} rad: a pinhole camera needs a value between 0 and pi", sensor.span
-        )
+        need = "a pinhole camera needs a value between 0 and pi"
+        raise UnusableError(f"horizontal_fov {wide:g} rad: {need}", sensor.span)
     width, height = (int(length) for length in size)
     tall = 2.0 * math.atan(math.tan(wide / 2.0) * height / width)
     pixels = values.text(*camera, "image", "format")

@@ -31,14 +31,14 @@ MAX_DISTANCE = 1e6
 _OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
 """Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along its x axis."""
 _SAME = 1e-3
-"""Tolerance of equal poses: coordinates differ by less (m), and the scalar product of quaternions exceeds 1 minus its square."""
+"""Tolerance of equal poses: coordinates differ by less, m, and the product of the quaternions exceeds 1 minus its square."""
 _NO_EFFECT = GAZEBO_NAMES["sensor_settings_without_effect"]
-"""Tags without effect, which are not reported as lost; a plugin's rate is used only if the sensor has none."""
+"""Tags without effect, which are not reported as lost. A plugin's rate is among them: it counts only if the sensor has none."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A Gazebo sensor that can be converted: its prim name, link, pose on the link, conversion and topics."""
+    """A convertible Gazebo sensor: its prim name, link, pose on the link, conversion and topics."""
 
     name: str
     link: str
@@ -75,7 +75,7 @@ def _sensors(draft: Draft) -> Iterator[_Found]:
 
 
 def _elements(gazebo: Element) -> Iterator[tuple[str, Element]]:
-    """Yield the link name and the element of each sensor; an IMU of Gazebo classic is a plugin outside of a sensor."""
+    """Yield the link name and the element of each sensor; also of IMUs that are plugins outside of a sensor in Gazebo classic."""
     for sensor in gazebo.all("sensor"):
         yield gazebo.get("reference"), sensor
     for plugin in gazebo.all("plugin"):
@@ -120,7 +120,7 @@ def _read(draft: Draft, element: Element, link: str, taken: set[str]) -> _Found 
 
 
 def _unused(name: str, suffix: str, taken: set[str]) -> str:
-    """Return the name, or if it is taken, a free name derived from it and the suffix."""
+    """Return a name that is not taken: the given name, or one derived from it and the suffix."""
     if name not in taken:
         return name
     longer = f"{name}_{'sensor' if name.endswith(suffix) else suffix}"
@@ -166,9 +166,9 @@ def _mount(draft: Draft, sensor: _Found) -> None:
 
 
 def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
-    """Add a graph that publishes a sensor; if its frame is not a link, also a graph that publishes the frame.
+    """Add a graph that publishes a sensor; if the frame of its messages is not a link, also a graph that publishes the frame.
 
-    `alone` says whether no other sensor without topics uses the same graph; otherwise topics are prefixed by the sensor's name.
+    `alone` is True if no other sensor without topics uses the same graph; else the sensor's name is put before default topics.
     """
     figures, kind = sensor.figures, sensor.figures.type
     device: Device = DEVICES.all[kind]
@@ -204,7 +204,7 @@ def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> str
 
 
 def _frame(draft: Draft, sensor: _Found) -> str:
-    """Return the name of the frame of a sensor's messages; if it is not a link, add a graph that publishes it on tf_static."""
+    """Return the frame of a sensor's messages; if this frame is not a link, add a graph that publishes it on tf_static."""
     links, link = draft.description.links, sensor.link
     if sensor.figures.profile.get("axes") == "parent" and (joint := links[link].carrier) is not None:
         return joint.parent
@@ -246,13 +246,13 @@ def _optical_link(description: RobotDescription, link: str, pose: Pose) -> str:
 
 
 def _prim(description: RobotDescription, link: str) -> str:
-    """Return the prim of a link for a robot file: its prim name, or its path if a joint has the same name."""
+    """Return the prim of a link for a robot file: the prim name, or the path if a joint has the same prim name."""
     name = prim_name(link)
     return _path(description, link) if name in map(prim_name, description.joints) else name
 
 
 def _path(description: RobotDescription, link: str) -> str:
-    """Return the path of a link's prim, starting with the root link."""
+    """Return the path of a link's prim from the root link."""
     names = [link, *(carrier.parent for carrier in description.carriers(link))]
     return "/".join(map(prim_name, reversed(names)))
 
@@ -263,5 +263,5 @@ def _same(first: Pose, second: Pose) -> bool:
 
 
 def _close(first: tuple[float, ...], second: tuple[float, ...]) -> bool:
-    """Return whether two quaternions are nearly the same rotation."""
+    """Return whether two quaternions are nearly the same rotation; both signs of a quaternion are equal."""
     return abs(sum(a * b for a, b in zip(first, second, strict=True))) > 1.0 - _SAME**2

@@ -1,8 +1,8 @@
 """Derives ROS topics from Gazebo sensors.
 
-In Gazebo Sim, a sensor has one `<topic>`, from which the names of further topics are derived. In Gazebo classic, plugins publish:
-they remap topics (ROS 2), or have a tag for each topic (ROS 1). All names become relative, so that the namespace of a robot
-applies to them.
+In Gazebo Sim, a sensor has one `<topic>`; the names of further topics are derived from this topic. In Gazebo classic, plugins
+publish: they remap topics (ROS 2), or have a tag for each topic (ROS 1). All names become relative, because the namespace of a
+robot is put before relative names.
 """
 
 from __future__ import annotations
@@ -13,23 +13,21 @@ from graphengine.bringup.robots.gazebo_values import GAZEBO_NAMES, Values
 from graphengine.descriptions.robot_files.draft import graph_defaults
 
 _NEW = GAZEBO_NAMES["topics"]
-"""Patterns of the topics that Gazebo Sim derives from a sensor's topic, by graph and parameter; other graphs use it unchanged."""
+"""For graphs and their parameters: patterns of topics that Gazebo Sim derives from a sensor's topic, `{topic}` by default."""
 _CLASSIC = GAZEBO_NAMES["classic_topics"]
-"""For plugins of Gazebo classic, by parameter of a graph: topic name below the camera's name, as in remappings, and tags."""
+"""A dict from parameters of graphs to the name below the camera's name, and the tags, of a topic in Gazebo classic."""
 _FRAMES = ("gz_frame_id", "ignition_frame_id", "ign_frame_id", "frame_id")
 _PLUGIN_FRAMES = ("frameName", "frame_name", "frameId", "frame_id")
 
 
 def topics(graph: str, values: Values) -> dict[str, str]:
-    """Return the topics of a sensor in the description, by parameter of its graph; empty if the description names none."""
+    """Return a dict from the parameters of a sensor's graph to the topics in the description; empty without topics."""
     defaults = customary(graph)
     if topic := legal(values.text("topic") or values.text("contact", "topic") or values.text("camera", "topic")):
-        above = topic.rpartition("/")[0]
+        above = topic[: topic.rfind("/") + 1]
         values.skip("plugin")  # for Gazebo classic; Gazebo Sim reads the topic
         patterns = _NEW.get(graph, {"topic": "{topic}"})
-        found = {
-            name: pattern.format(topic=topic, above=f"{above}/" if above else "") for name, pattern in patterns.items()
-        }
+        found = {name: pattern.format(topic=topic, above=above) for name, pattern in patterns.items()}
         if info := legal(values.text("camera", "camera_info_topic")):
             found["info"] = info
         return {name: found[name] for name in defaults}
@@ -37,7 +35,7 @@ def topics(graph: str, values: Values) -> dict[str, str]:
 
 
 def customary(graph: str) -> dict[str, str]:
-    """Return the default topics of a graph in `graphs/publishers`, by parameter."""
+    """Return a dict from the parameters of a graph in `graphs/publishers` to its default topics."""
     defaults = graph_defaults(f"graphs/publishers/{graph}.yaml")
     return {name: default for name, default in defaults.items() if name in _CLASSIC}
 
@@ -89,7 +87,7 @@ def _of_plugin(defaults: dict[str, str], values: Values) -> dict[str, str]:
 
 
 def _remappings(values: Values) -> dict[str, str]:
-    """Return the remappings of a sensor's plugin: new names by original name, without `~/`."""
+    """Return a dict from original names, without `~/`, to new names in the remappings of a sensor's plugin."""
     found: dict[str, str] = {}
     ros = values.find("plugin", "ros")
     for element in ros.children if ros is not None else ():

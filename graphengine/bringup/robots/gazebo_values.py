@@ -14,7 +14,7 @@ from graphengine.format.wording import printable
 
 TRUE = ("true", "1", "yes", "on")
 GAZEBO_NAMES: dict[str, Any] = json.loads(Path(__file__).with_name("gazebo_names.json").read_text("utf-8"))
-"""Names that Gazebo uses, in a table for each module that needs them; the modules say what theirs contain."""
+"""Tables of names in Gazebo; the modules that use a table describe it."""
 
 
 class UnusableError(Exception):
@@ -42,7 +42,7 @@ class Values:
     _read: set[int] = field(default_factory=set)
 
     def find(self, *path: str) -> Element | None:
-        """Return the first element at a path, and mark it as read; None if there is none."""
+        """Return the first element at a path, and mark it as read; None without an element."""
         found: Element | None = self.element
         for tags in path:
             children = [child for tag in tags.split("|") for child in (found.all(tag) if found is not None else ())]
@@ -52,10 +52,7 @@ class Values:
         return found
 
     def text(self, *path: str) -> str:
-        """Return the text of the element at a path, else its attribute `value`, which older descriptions use.
-
-        Return an empty string if there is no such element.
-        """
+        """Return the text of the element at a path, else its attribute `value`, as in older descriptions; else an empty text."""
         found = self.find(*path)
         return (found.text or found.get("value")).strip() if found is not None else ""
 
@@ -95,9 +92,9 @@ class Values:
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """A part of a description, with methods that add remarks on it; `noun` says what it is, such as `link` or `sensor`.
+    """A link or sensor of a description, as `noun` says, with methods that add remarks on it.
 
-    The same remark on several parts becomes one line with all their names.
+    The same remark on several links, or on several sensors, becomes one line with all their names.
     """
 
     draft: Draft
@@ -106,7 +103,7 @@ class Subject:
     span: Span
 
     def carried(self, text: str, claim: Claim) -> None:
-        """Add a remark on a value that was carried over to the robot file, with the claim that the file contains the value."""
+        """Add a remark on a value that the import carried over, with the claim that the robot file contains the value."""
         self.draft.carried.append(self._remark(text, self.span, claim))
 
     def guessed(self, text: str) -> None:
@@ -114,7 +111,7 @@ class Subject:
         self.draft.guessed.append(self._remark(text, self.span))
 
     def lost(self, text: str, span: Span | None = None) -> None:
-        """Add a remark on a value that a robot file cannot express; its location is by default that of the part."""
+        """Add a remark on a value that a robot file cannot express; by default, the location is that of the link or sensor."""
         self.draft.lost.append(self._remark(text, span or self.span))
 
     def _remark(self, text: str, span: Span, claim: Claim | None = None) -> Remark:
@@ -130,7 +127,7 @@ class Figures:
         graph: name of the graph in `graphs/publishers` that publishes the sensor.
         profile: profile of the sensor in the robot file.
         told: short summary of the profile, for remarks.
-        turned: whether the orientation of the sensor has an effect; otherwise it becomes that of its link.
+        turned: whether the sensor keeps its orientation; otherwise it gets the orientation of its link.
     """
 
     type: str
@@ -141,7 +138,7 @@ class Figures:
 
 
 def rate(values: Values, default: float, sensor: Subject) -> float:
-    """Return the rate (Hz) of a sensor; if the description gives no rate, return `default` and add a remark."""
+    """Return the rate of a sensor, Hz; without a rate in the description, return `default` and add a remark."""
     rate = values.number("update_rate") or values.number("plugin", "updateRate|update_rate")
     if rate > 0.0:
         return rate
@@ -150,9 +147,10 @@ def rate(values: Values, default: float, sensor: Subject) -> float:
 
 
 def noise(values: Values, sensor: Subject, *paths: tuple[str, ...]) -> float:
-    """Return the standard deviation of the noise at the first of these paths that exists, in units of the measured value.
+    """Return the standard deviation of the noise at the first existing path, in units of the measured value.
 
-    Without noise, return that of a ROS 1 plugin, or 0. Noise that a profile cannot express is reported as lost.
+    Without noise at these paths, return the standard deviation in a ROS 1 plugin, or 0. Noise that a profile cannot express is
+    reported as lost.
     """
     for path in paths:
         if (found := values.find(*path)) is None:

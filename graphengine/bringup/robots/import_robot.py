@@ -49,7 +49,7 @@ from graphengine.physics.model.robot_prims import add_robot
 
 
 def _check_self_view(draft: Draft) -> None:
-    """Let ray sensors see through their own robot if it blocks them; only this part needs the simulation."""
+    """Let ray sensors see through their own robot if it blocks them; the import of the simulation takes time."""
     if draft.sensors:
         from graphengine.bringup.robots.self_view import check_self_view
 
@@ -82,17 +82,17 @@ class Origin:
 
     Attributes:
         element: root element of the description after xacro expansion.
-        packages: finds the packages with meshes of the description.
-        path: path of the description's file; None if the import must write the description, because it was expanded from xacro
-            or received over the network.
-        told: where the description comes from, as text for messages.
+        packages: packages with the meshes of the description.
+        path: path of the description's file; None if the import writes this file, because xacro has expanded the description or
+            a topic has delivered it.
+        told: origin of the description, as text for messages.
         target: path of the robot file to write.
         fixed_base: whether the root link is fixed to the world.
         bundled: whether the description, its meshes and the included graphs are copied into the project; then `path` is None.
         wrapper: text of a xacro file that calls a macro as the robot; empty without a macro.
         controllers: ros2_control parameter file that the user names; None without one.
         model: path of a MuJoCo model, whose root element is `element`; None for other descriptions.
-        position_drives: whether joints that take efforts get position drives, which hold them.
+        position_drives: whether joints that take efforts get position drives to hold them.
     """
 
     element: Element
@@ -115,11 +115,11 @@ class Imported:
     Attributes:
         robot: the robot as an instance in a scene.
         free: whether the root link can move.
-        lowest: height (m) of the lowest point of its colliders above its root link, or above the origin of a MuJoCo model,
-            with all joints at their start positions; None without colliders.
+        lowest: height (m) of the lowest point of the colliders above the root link, or above the origin of a MuJoCo model, with
+            all joints at their start positions; None without colliders.
         library: library with the robot's meshes.
-        files: text of each file to write, by path; the robot file is last.
-        copies: source of each file to copy, by destination.
+        files: a dict from the paths of files to write to their texts; the robot file is last.
+        copies: a dict from the destinations of files to copy to their sources.
         outside: folders outside of the robot file's project that the robot uses; scenes need `--allow` for them.
         use: path of the robot file, as written in a scene of its project.
         draft: draft of the robot file, with remarks.
@@ -139,16 +139,13 @@ class Imported:
     def lift(self) -> float:
         """Height (m) of the root link at which the robot stands on a floor, rounded up to 1 mm.
 
-        It is 0 for a robot with a fixed base, and for a robot that starts in a keyframe, which contains the height already.
+        The height is 0 for a robot with a fixed base, and for a robot that starts in a keyframe, because keyframes have heights.
         """
         return 0.0 if not self.free or "start" in self.draft.settings else self._depth
 
     @property
     def rise(self) -> float:
-        """Height (m) of the root link of a robot with a fixed base above its place, so that no collider is below; else 0.
-
-        It is rounded up to 1 mm.
-        """
+        """Height (m), rounded up to 1 mm, that lifts all colliders of a robot with a fixed base above its place; else 0."""
         return 0.0 if self.free else max(0.0, self._depth)
 
     @property
@@ -158,9 +155,9 @@ class Imported:
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
-    """Create a robot file for a description and compile the robot; return None after an error, which is added to `findings`.
+    """Create a robot file for a description and compile the robot, without writing files.
 
-    No file is written.
+    After an error, add it to `findings` and return None.
     """
     written_to = origin.target.with_suffix(".urdf")
     if origin.model is None and add_mimics(origin.element, findings) and origin.path is not None:
@@ -183,9 +180,9 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
         path = folder / copied if copied is not None else origin.model
     told = [_near(each, origin.target) for each in packages]
-    near = _near(path, origin.target)
-    draft = Draft(description, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
-    draft.position_drives = origin.position_drives
+    draft = Draft(description, name, origin.told, _near(path, origin.target), told)
+    draft.fixed_base, draft.position_drives = origin.fixed_base, origin.position_drives
+    draft.controllers, draft.library = origin.controllers, library
     for add_part in _PARTS if origin.model is None else _PARTS_OF_MODELS:
         add_part(draft)
     draft.settle()
@@ -203,13 +200,9 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     if len(findings.errors) > before:
         return None
     meshes = bundle_meshes(description) if origin.bundled and origin.model is None else model_files
-    written = (
-        {}
-        if origin.path is not None or origin.model is not None
-        else {path: _portable(description, meshes, path.parent)}
-    )
-    if origin.wrapper:
-        written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
+    written = {origin.target.with_suffix(WRAPPER): origin.wrapper} if origin.wrapper else {}
+    if origin.path is None and origin.model is None:
+        written[path] = _portable(description, meshes, path.parent)
     return Imported(
         robot=robot,
         free=robot.disabled.free_link is not None,
@@ -242,9 +235,9 @@ def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.M
 
 
 def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
-    """Return the height (m) of the lowest point of the robot's colliders, usually negative; None without colliders.
+    """Return the height (m) of the lowest point of the colliders above the root link, or above the origin of a MuJoCo model.
 
-    It is measured from the root link, or from the origin of a MuJoCo model.
+    This height is usually negative. Return None without colliders.
     """
     data = mujoco.MjData(model)
     if robot.keyframe is not None:
@@ -255,7 +248,7 @@ def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
 
 
 def _used_packages(description: RobotDescription) -> Iterator[Path]:
-    """Yield the folder of each package with meshes of the robot, except installed packages, which are always found."""
+    """Yield the folder of each package with meshes of the robot, except for installed packages."""
     meshes = (element.get("filename") for element in description.element.walk() if element.tag in _MESHES)
     names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
     for name in names:
@@ -267,8 +260,8 @@ def _used_packages(description: RobotDescription) -> Iterator[Path]:
 def _portable(description: RobotDescription, beside: Collection[Path], folder: Path) -> str:
     """Return the text of the description for a file in the given folder.
 
-    Relative references become absolute, except those to files copied beside the description, whose paths are in `beside`. Texts
-    that are absolute paths, which xacro writes for `$(find NAME)`, become references to packages or relative paths.
+    Relative references become absolute, unless the files are copied beside the description and have their paths in `beside`.
+    Absolute paths, as xacro writes them for `$(find NAME)`, become references to packages or relative paths.
     """
     escaped = is_xacro(Path("robot.urdf"), description.element)  # the written file would be expanded again
     for element in description.element.walk():
@@ -283,7 +276,7 @@ def _portable(description: RobotDescription, beside: Collection[Path], folder: P
 
 
 def _near(path: Path, target: Path) -> str:
-    """Return `path` as it is written in the robot file `target`: relative to that file within the project, else absolute."""
+    """Return a path for the robot file `target`: relative to this file if the path is in the project, else absolute."""
     resolved, folder = path.resolve(), target.parent.resolve()
     return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
 

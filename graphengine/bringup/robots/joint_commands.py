@@ -1,4 +1,4 @@
-"""Reads which commands joints take: from MuJoCo actuators, ros2_control controllers, `<ros2_control>` and `<transmission>`."""
+"""Reads the commands that joints take from MuJoCo actuators, controllers, `<ros2_control>` and `<transmission>`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.format.wording import printable
 
 KINDS = ("position", "velocity", "effort")
 _SERVOS = ("TrajectoryController", "GripperActionController")
-"""Ends of the types of controllers that hold positions, with whichever command interface; a position drive replaces them."""
+"""Ends of the types of controllers that a position drive replaces, whatever their command interface is."""
 
 
 @dataclass(slots=True)
@@ -21,10 +21,10 @@ class JointCommands:
     """The commands that a joint takes.
 
     Attributes:
-        source: where the commands are listed, as text for messages.
-        span: source location of that place.
-        ranges: lowest and highest value (SI units) by kind of command; None for a value that is not given.
-        start: initial position of the joint, rad or m; None if it is not given.
+        source: controller or element that lists the commands, as text for messages.
+        span: source location of this controller or element.
+        ranges: a dict from types of commands to the lowest and highest value, SI units; None for a missing value.
+        start: initial position of the joint, rad or m; None if it is missing.
     """
 
     source: str
@@ -34,7 +34,7 @@ class JointCommands:
 
 
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
-    """Return the commands that each joint takes, by joint name; elements of the description that list them are marked as used."""
+    """Return a dict from joints to the commands that they take; mark the elements that list the commands as used."""
     found: dict[str, JointCommands] = {}
     for actuator in draft.description.actuators:
         if actuator.joint:
@@ -76,7 +76,7 @@ def add_mimics(root: Element, findings: Findings) -> bool:
 
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
-    """Add the commands that a controller gives to joints to `found`; a controller of an unknown type adds none."""
+    """Add the commands of a controller to `found`; the type of a controller may be unknown and add none."""
     word = controller.kind
     kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
     kinds = kinds or tuple(kind for kind in KINDS if f"{kind.capitalize()}Controller" in word)
@@ -136,7 +136,7 @@ def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands
 
 
 def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
-    """Return whether the description has no moving joint with this name; add a remark if it has no such joint at all."""
+    """Return whether the description has no moving joint with this name; add a remark if no joint has the name."""
     joint = draft.description.joints.get(name)
     if joint is None:
         draft.lose(f"{source}: {no_joint(draft.description, name)}", span)

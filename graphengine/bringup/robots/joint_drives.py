@@ -1,8 +1,8 @@
 """Chooses the drives of a robot's joints.
 
-A joint that is commanded by a base, a controller, `<ros2_control>` or `<transmission>` has a drive for that command. The other
-joints of such a robot turn freely, because a drive would brake a passive wheel. If the description lists no commands, the drives
-are guessed.
+A joint that a base, a controller, `<ros2_control>` or `<transmission>` commands gets a drive for this command. Other joints of
+such a robot turn freely, because a drive would brake a passive wheel. If the description lists no commands, the import guesses
+the drives.
 """
 
 from __future__ import annotations
@@ -19,37 +19,35 @@ from graphengine.descriptions.robot_files.entries import DriveKeys, JointKeys
 from graphengine.format.wording import printable
 
 _SPEED_ERROR = 0.01
-"""Maximum deviation of a wheel's speed, rad/s, caused by the friction of its share of the robot's weight."""
+"""Maximum deviation of a wheel's speed due to the friction of its share of the robot's weight, rad/s."""
 _ANGLE_ERROR = 0.01
-"""Maximum deviation of a steering angle, rad, caused by the friction of a wheel's share of the robot's weight at its rim."""
+"""Maximum deviation of a steering angle due to the friction of a wheel's share of the robot's weight, rad."""
 _ACCELERATION = 1.0
-"""Default acceleration limit of a mecanum or omni base, m/s2; the controllers of such bases have no ramps."""
+"""Default acceleration limit of a mecanum or omni base, whose controllers have no ramps, m/s2."""
 _GRAVITY = 9.81
 _CASTERS = "joints of casters, which carry links on the floor"
 _LIGHTEST = 0.005
 """Armature of a caster's joint as a fraction of the robot's mass times the square of the joint's height above the floor.
 
-The parts of a caster in a description are often so light that the contact with the floor makes them jump.
+The links of a caster in a description are often so light that the contact with the floor makes them jump.
 """
 
 
 def add_drives(
-    draft: Draft,
-    commands: Mapping[str, JointCommands],
-    wheels: Sequence[RobotWheel],
-    drivetrain: Drivetrain | None,
+    draft: Draft, commands: Mapping[str, JointCommands], wheels: Sequence[RobotWheel], drivetrain: Drivetrain | None
 ) -> None:
     """Choose the drive of each moving joint.
 
     Args:
         draft: receives the drives, and remarks on them.
-        commands: commands that joints take, by joint name.
+        commands: a dict from joints to the commands that they take.
         wheels: wheels on the floor.
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
     decisions: dict[_Decision, list[Joint]] = {}
     carrying = _carrying(draft) if drivetrain is not None else {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
+    scrub = _scrub(draft, wheels, drivetrain)
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
     if ranged:
         text = f"velocity ranges of {', '.join(map(printable, ranged))}: by default, ros2_control does not enforce them"
@@ -60,7 +58,7 @@ def add_drives(
         decision = _decide(draft, joint, commands, wheels, drivetrain, carrying)
         decisions.setdefault(decision, []).append(joint)
         entry = draft.joints[joint.name]
-        if (drive := _drive(draft, joint, decision.kind, wheels, drivetrain)) is not None:
+        if (drive := _drive(joint, decision.kind, scrub, drivetrain)) is not None:
             entry.value["drive"] = drive
         if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
@@ -88,7 +86,7 @@ def add_drives(
 
 
 def _tell_braking(draft: Draft, joints: Sequence[Joint], wheels: Sequence[RobotWheel]) -> None:
-    """Add a remark on wheels on the floor with velocity drives that no graph commands: they brake the base."""
+    """Add a remark on wheels on the floor that brake the base, because no graph commands their velocity drives."""
     standing = {wheel.joint for wheel in wheels}
     if braking := [joint for joint in joints if joint.name in standing]:
         names = ", ".join(printable(joint.name) for joint in braking)
@@ -97,7 +95,7 @@ def _tell_braking(draft: Draft, joints: Sequence[Joint], wheels: Sequence[RobotW
 
 
 def _carrying(draft: Draft) -> dict[str, float]:
-    """Return the height above the floor (m) of each joint between the root link and a link that stands on the floor, by name."""
+    """Return a dict from the joints between the root link and links on the floor to their heights above the floor, m."""
     found: dict[str, float] = {}
     for link, lowest in draft.standing.items():
         for carrier in draft.description.carriers(link) if link in draft.description.links else ():
@@ -116,7 +114,7 @@ def _drives(joints: Sequence[Joint], kind: str) -> Claim:
 
 @dataclass(frozen=True, slots=True)
 class _Decision:
-    """The chosen kind of drive of a joint (`velocity`, `position`, `effort` or `free`), the reason, and whether it is guessed."""
+    """The drive of a joint (`velocity`, `position`, `effort` or `free`), the reason, and whether the drive is a guess."""
 
     kind: str
     why: str
@@ -172,27 +170,37 @@ def _decide(
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
-    """Return the decision for a joint of a base; it is guessed unless the description or a controller commands the joint.
+    """Return the decision for a joint of a base; a guess unless the description or a controller commands the joint.
 
     Args:
         kind: kind of drive.
         role: role of the joint in the base, for the remark.
         kinds: kinds of commands that the joint takes.
-        source: remark on the source of the base; empty if the base is guessed.
+        source: remark on the source of the base; empty if the base is a guess.
     """
     if kind in kinds:
         return _Decision(kind, f"{role} with a {kind} command")
     return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
 
 
-def _drive(
-    draft: Draft, joint: Joint, kind: str, wheels: Sequence[RobotWheel], drivetrain: Drivetrain | None
-) -> DriveKeys | None:
-    """Return the drive of a joint in the robot file; None for a joint without a drive."""
+def _scrub(draft: Draft, wheels: Sequence[RobotWheel], drivetrain: Drivetrain | None) -> float:
+    """Return the torque with which the friction of its share of the robot's weight holds a wheel, N m; 0 without wheels."""
+    driven = drivetrain.wheels if drivetrain is not None else ()
+    radii = [each.radius for each in wheels if not each.caster] or [each.radius for each in driven]
+    return draft.description.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
+
+
+def _drive(joint: Joint, kind: str, scrub: float, drivetrain: Drivetrain | None) -> DriveKeys | None:
+    """Return the drive of a joint in the robot file; None for a joint without a drive.
+
+    Args:
+        joint: the joint.
+        kind: kind of drive.
+        scrub: torque with which friction holds a wheel, N m.
+        drivetrain: drivetrain of the base; None for a robot without a base.
+    """
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in driven if wheel.joint == joint.name), None)
-    radii = [each.radius for each in wheels if not each.caster] or [each.radius for each in driven]
-    scrub = draft.description.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
     if kind == "velocity":
         drive: DriveKeys = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if drivetrain is not None and wheel is not None and drivetrain.base.kinematics in ("mecanum", "omni"):
@@ -209,9 +217,9 @@ def _drive(
 
 
 def _bounds(joint: Joint, drive: DriveKeys | None, commands: JointCommands) -> JointKeys:
-    """Return the start position and limits that commands give a joint, as keys of the joint in the robot file.
+    """Return the start position and limits in the commands of a joint, as keys of the joint in the robot file.
 
-    A velocity range is written into `drive` as `max_velocity`.
+    The largest speed of a velocity range becomes `max_velocity` of `drive`.
     """
     keys: JointKeys = {}
     if commands.start:

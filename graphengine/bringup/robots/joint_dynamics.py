@@ -26,7 +26,7 @@ def add_joint_dynamics(draft: Draft) -> None:
 
 
 def _soft_limits(draft: Draft, joint: Joint) -> None:
-    """Add the soft limits of a `<safety_controller>`, cut to the joint's limits; a range such as 0 to 0 means none."""
+    """Add the soft limits of a `<safety_controller>` within the joint's limits; an empty range such as 0 to 0 has no effect."""
     safety, limits = joint.element.first("safety_controller"), _limits(draft, joint)
     if safety is None or limits is None:
         return
@@ -63,7 +63,7 @@ def _spring(draft: Draft, joint: Joint, gazebo: Element) -> None:
 
 
 def _start(draft: Draft, joint: Joint) -> None:
-    """If the start position of a joint (by default zero) is outside of its limits, set it to the nearest limit."""
+    """Set a start position outside of the joint's limits, by default zero, to the nearest limit."""
     limits, entry = _limits(draft, joint), draft.joints[joint.name]
     if joint.mimic is not None or limits is None:
         return
@@ -76,7 +76,7 @@ def _start(draft: Draft, joint: Joint) -> None:
 
 
 def _velocities(draft: Draft, joints: Sequence[Joint]) -> None:
-    """Add the velocity limits of the description to drives; a joint without a drive has no set point to limit."""
+    """Add the velocity limits of the description to drives; joints without a drive have no set point to limit."""
     bounded: dict[str, tuple[float, Element]] = {}
     for joint in joints:
         limit, drive = joint.element.first("limit"), draft.joints[joint.name].value.get("drive")
@@ -94,7 +94,7 @@ def _velocities(draft: Draft, joints: Sequence[Joint]) -> None:
 
 
 def report_weak_wheels(draft: Draft) -> None:
-    """Add a remark on driven wheels whose effort limit is too low for a speed of 1 m/s, considering only their own losses."""
+    """Add a remark on driven wheels that their own losses keep below 1 m/s within their effort limits."""
     slow: dict[str, list[Joint]] = {}
     for joint in draft.description.moving():
         wheel = draft.wheels.get(joint.name)

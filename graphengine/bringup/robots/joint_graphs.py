@@ -5,7 +5,7 @@ Arms follow trajectories (FollowJointTrajectory); a legged robot with motors sta
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -34,7 +34,7 @@ _DAMPING = 0.05
 def add_joint_graphs(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain | None) -> None:
     """Add graphs for all joints with drives that do not belong to the base.
 
-    If there is a base, its graph publishes the states of all joints, so no graph for joint states is added.
+    A robot with a base gets no graph for joint states, because the graph of the base publishes the states of all joints.
     """
     base = drivetrain.joints if drivetrain is not None else ()
     driven, held = ([name for name in names if name not in base] for names in _drives(draft))
@@ -53,7 +53,7 @@ def add_joint_graphs(draft: Draft, controllers: Sequence[Controller], drivetrain
 
 
 def _drives(draft: Draft) -> tuple[Collection[str], Collection[str]]:
-    """Return the names of the joints that take commands, and the names of those that take position commands."""
+    """Return the names of the joints that take commands, and of the joints that take position commands."""
     model = draft.description.mjcf
     if model is not None:
         actuators = {actuator.joint: actuator.kind for actuator in model.actuators}
@@ -65,16 +65,16 @@ def _drives(draft: Draft) -> tuple[Collection[str], Collection[str]]:
 
 @dataclass(frozen=True, slots=True)
 class _Limb:
-    """An arm or a gripper, found in a controller's parameters or by its joints.
+    """An arm or a gripper, from the parameters of a controller or from a chain of joints.
 
     Attributes:
         controller: name of the controller; its action moves the limb.
-        joints: names of the joints of an arm from the base to the flange, or in the order of the controller's parameters; the
-            joint that opens and closes a gripper.
-        source: where the limb was found, as text for messages.
+        joints: for an arm, names of the joints from the base to the flange, or in the order of the controller's parameters; for
+            a gripper, the joint that opens and closes it.
+        source: controller or joints that define the limb, as text for messages.
         span: source location of the controller or the first joint.
         parameters: further parameters of the limb's graph.
-        guessed: whether the limb was found only by its joints.
+        guessed: whether the limb comes from a chain of joints, without a controller.
     """
 
     controller: str
@@ -97,7 +97,8 @@ def _add_arms(draft: Draft, held: Collection[str], controllers: Iterable[Control
     Returns:
         the names of the joints of all arms.
     """
-    arms = list(_arms_of_controllers(draft, held, controllers))
+    chosen = (each for each in controllers if each.kind.endswith("JointTrajectoryController"))
+    arms = list(_limbs_of_controllers(draft, held, chosen, "joints", _arm_parameters))
     if not arms and guess:
         arms = list(_arms_of_chains(draft, held))
     for arm in arms:
@@ -112,11 +113,11 @@ def _add_arms(draft: Draft, held: Collection[str], controllers: Iterable[Control
 
 
 def _graph_of(limb: _Limb, limbs: Sequence[_Limb], kind: str, default: str) -> tuple[str, dict[str, str]]:
-    """Return the name of a limb's graph, and the graph's parameter `controller` unless it has its default value.
+    """Return the name of a limb's graph, and the parameter `controller` of this graph unless the default fits.
 
     Args:
         limb: arm or gripper.
-        limbs: all arms or grippers of the robot; the graph of a single one is named after its kind.
+        limbs: all arms or all grippers of the robot; a single one has a graph with the name `arm` or `gripper`.
         kind: `arm` or `gripper`.
         default: default value of the parameter.
     """
@@ -140,33 +141,31 @@ def _flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
     return "" if joints else "it names no joints"
 
 
-def _usable(
-    draft: Draft, held: Collection[str], controllers: Iterable[Controller], parameter: str
-) -> Iterator[tuple[Controller, tuple[str, ...]]]:
-    """Yield each controller that can move its joints, with their names; the others are added to `draft.lost`.
+def _limbs_of_controllers(
+    draft: Draft,
+    held: Collection[str],
+    controllers: Iterable[Controller],
+    parameter: str,
+    read: Callable[[Controller, Sequence[str]], dict[str, Any]],
+) -> Iterator[_Limb]:
+    """Yield the limb of each controller that can move its joints; add a remark on the others to `draft.lost`.
 
     Args:
         draft: draft with the description.
         held: names of joints that take position commands.
         controllers: controllers of arms or of grippers.
         parameter: parameter of a controller that names its joints.
+        read: returns the parameters of the limb's graph for a controller and its joints.
     """
     for controller in controllers:
         joints = controller.texts(parameter)
         if reason := _flaw(draft, joints, held):
             draft.lose(f"{controller.title}: {reason}", controller.span)
         else:
-            yield controller, joints
+            yield _Limb(controller.name, joints, controller.title, controller.span, read(controller, joints))
 
 
-def _arms_of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[_Limb]:
-    """Yield the arm of each trajectory controller."""
-    chosen = (each for each in controllers if each.kind.endswith("JointTrajectoryController"))
-    for controller, joints in _usable(draft, held, chosen, "joints"):
-        yield _Limb(controller.name, joints, controller.title, controller.span, _parameters(controller, joints))
-
-
-def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]:
+def _arm_parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]:
     """Return the tolerances and other constraints of a controller as parameters of the arm's graph."""
     tolerances = {
         f"{graph}_tolerances": [controller.positive(f"constraints.{joint}.{kind}") or 0.0 for joint in joints]
@@ -183,7 +182,7 @@ def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]
 
 
 def _arms_of_chains(draft: Draft, held: Collection[str]) -> Iterator[_Limb]:
-    """Yield an arm for each chain of joints that looks like one."""
+    """Yield an arm for each chain of joints from `arm_chains`."""
     arms = arm_chains(draft.description, held)
     names = [_common_words(arm) or f"arm_{number}" for number, arm in enumerate(arms, 1)]
     if len(set(names)) < len(names):
@@ -195,7 +194,7 @@ def _arms_of_chains(draft: Draft, held: Collection[str]) -> Iterator[_Limb]:
 
 
 def _common_words(names: Collection[str]) -> str:
-    """Return the common prefix of all names in whole words separated by `_`, without a final `joint`."""
+    """Return the words, separated by `_`, with which all names begin, without a final `joint`."""
     first, last = min(names).split("_"), max(names).split("_")
     differing = (number for number, (one, other) in enumerate(zip(first, last, strict=False)) if one != other)
     words = first[: next(differing, 0)]
@@ -211,7 +210,8 @@ def _add_grippers(draft: Draft, held: Collection[str], controllers: Iterable[Con
         controllers: controllers that may define the grippers.
         guess: whether fingers count as a gripper if no controller defines a gripper.
     """
-    grippers = list(_grippers_of_controllers(draft, held, controllers))
+    chosen = (each for each in controllers if each.kind == "GripperActionController")
+    grippers = list(_limbs_of_controllers(draft, held, chosen, "joint", _gripper_parameters))
     if not grippers and guess:
         grippers = list(_grippers_of_fingers(draft, held))
     for gripper in grippers:
@@ -225,9 +225,9 @@ def _add_grippers(draft: Draft, held: Collection[str], controllers: Iterable[Con
 
 
 def _press(draft: Draft, name: str) -> str:
-    """Let position targets exceed the range of a gripper's joint so far that its drive presses with its full effort.
+    """Let position targets exceed the limits of a gripper's joint until the drive presses with its full effort.
 
-    Return this as text for a message; empty if the joint has no limits or no drive in the robot file.
+    Return a text on this for a message; empty if the joint has no limits, or no drive in the robot file.
     """
     joint, drive = draft.description.joints[name], draft.joints[name].value.get("drive")
     if joint.limits is None or drive is None:
@@ -236,16 +236,15 @@ def _press(draft: Draft, name: str) -> str:
     return f"; targets up to {DEVIATION:g} {'m' if joint.type == 'prismatic' else 'rad'} beyond its limits press"
 
 
-def _grippers_of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[_Limb]:
-    chosen = (each for each in controllers if each.kind == "GripperActionController")
-    for controller, joints in _usable(draft, held, chosen, "joint"):
-        numbers = {name: controller.positive(name) for name in ("max_effort", "goal_tolerance")}
-        parameters: dict[str, Any] = {name: number for name, number in numbers.items() if number is not None}
-        if controller.type.startswith("parallel_"):
-            parameters["action_type"] = "ParallelGripperCommand"
-        if controller.flag("allow_stalling", default=False):
-            parameters["allow_stalling"] = True
-        yield _Limb(controller.name, joints, controller.title, controller.span, parameters)
+def _gripper_parameters(controller: Controller, _: Sequence[str]) -> dict[str, Any]:
+    """Return the limits and the action type of a controller as parameters of the gripper's graph."""
+    numbers = {name: controller.positive(name) for name in ("max_effort", "goal_tolerance")}
+    found: dict[str, Any] = {name: number for name, number in numbers.items() if number is not None}
+    if controller.type.startswith("parallel_"):
+        found["action_type"] = "ParallelGripperCommand"
+    if controller.flag("allow_stalling", default=False):
+        found["allow_stalling"] = True
+    return found
 
 
 def _grippers_of_fingers(draft: Draft, held: Collection[str]) -> Iterator[_Limb]:
@@ -257,7 +256,7 @@ def _grippers_of_fingers(draft: Draft, held: Collection[str]) -> Iterator[_Limb]
 
 
 def _add_stand(draft: Draft) -> None:
-    """Add the graph if the robot can move freely, has the keyframe `home`, and has motors but no servos on its joints."""
+    """Add a graph that holds the legs of a free robot with the keyframe `home`, and with motors but no servos."""
     model = draft.description.mjcf
     joints = [joint for joint in draft.description.moving() if joint.mimic is None]
     if model is None or KEYFRAME not in model.keyframes or not model.free or draft.fixed_base:

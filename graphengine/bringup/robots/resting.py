@@ -1,6 +1,6 @@
-"""Simulates a robot at rest on a flat floor, to find the links that carry its weight and the position of its centre of mass.
+"""Simulates a robot at rest on a flat floor to find the links that carry the weight, and the position of the centre of mass.
 
-A link that rests on the floor and does not roll forward would brake the robot, so it is bound to a material without friction.
+A link on the floor that does not roll forward would brake the robot, so the link is bound to a material without friction.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ SECONDS = 2.0
 MEASURED = 0.25
 """Last part of the simulated time, over which contact forces are averaged, s."""
 PROBE = 1.0
-"""Largest acceleration with which the robot is simulated to find how its load shifts from wheel to wheel, m/s2."""
+"""Largest simulated acceleration, which shows how the load shifts from wheel to wheel, m/s2."""
 SETTLED = 0.5
-"""Time in which the load has shifted, s."""
+"""Time for the load to shift, s."""
 STIFF = 1e5
-"""Damping of joints without a drive, N m s/rad or N s/m; it keeps an arm in its pose while the base comes to rest."""
+"""Damping that keeps joints without a drive in their positions while the base comes to rest, N m s/rad or N s/m."""
 LEANING = 1.0
-"""A larger tilt (degrees) of the root link is reported, because a tilted lidar sees the floor."""
+"""Tilt of the root link above which the import adds a remark, because a tilted lidar sees the floor, degrees."""
 FALLEN = math.cos(math.radians(20))
 """Cosine of the tilt beyond which a robot counts as fallen."""
 LEAST_SHARE = 0.001
-"""A link that carries a smaller fraction of the weight does not count as resting on the floor."""
+"""Minimum fraction of the weight that a link on the floor carries."""
 NEAR = 0.01
-"""A link that reaches down to this height (m) above the floor counts as touching it, because the robot can pitch."""
+"""Maximum height (m) above the floor of links that count as touching it, because the robot can pitch."""
 
 
 def add_rest(draft: Draft) -> None:
-    """Add remarks on how a wheeled robot rests on a floor; links that rest but do not roll forward become frictionless."""
+    """Add remarks on a wheeled robot at rest on a floor, and free links that do not roll forward from friction."""
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.drags]
     driven = [wheel for wheel in standing if not wheel.swivels]
     if draft.fixed_base or draft.description.root == WORLD:
@@ -110,7 +110,7 @@ def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.Mj
 
 
 def _at_rest(model: mujoco.MjModel) -> mujoco.MjData | None:
-    """Return the state after the robot has come to rest; None if the simulation diverges."""
+    """Return the state of the robot at rest; None if the simulation diverges."""
     data = mujoco.MjData(model)
     for _ in range(round((SECONDS - MEASURED) / STEP)):
         mujoco.mj_step(model, data)
@@ -119,7 +119,7 @@ def _at_rest(model: mujoco.MjModel) -> mujoco.MjData | None:
 
 
 def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
-    """Simulate `MEASURED` seconds, and return the mean vertical force (N) of the floor on each link that touches it, by name."""
+    """Simulate `MEASURED` seconds; return a dict from links on the floor to the mean vertical force of the floor, N."""
     names, forces = body_names(model), defaultdict[str, float](float)
     steps = round(MEASURED / STEP)
     for _ in range(steps):
@@ -133,7 +133,7 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
 
 
 def _tell_lifted(draft: Draft) -> None:
-    """Add a remark if none of the driven wheels of a base reaches down as far as another link does."""
+    """Add a remark if another link reaches further down than the driven wheels of a base."""
     lowest = min(draft.standing, key=draft.standing.__getitem__, default="")
     driven = [wheel for wheel in draft.wheels.values() if "drive" in draft.joints[wheel.joint].value]
     if GRAPH not in draft.graphs or not lowest or not driven or any(wheel.on_floor for wheel in driven):
@@ -145,7 +145,7 @@ def _tell_lifted(draft: Draft) -> None:
 
 
 def _tell_idle(draft: Draft, standing: list[RobotWheel], forces: dict[str, float]) -> None:
-    """Add a remark on wheels near the floor that carry no weight, because others reach further down."""
+    """Add a remark on wheels near the floor that carry no weight, because other links reach further down."""
     weight = sum(forces.values())
     idle = [
         wheel.link
@@ -160,7 +160,7 @@ def _tell_idle(draft: Draft, standing: list[RobotWheel], forces: dict[str, float
 def _tell_slipping(
     draft: Draft, wheels: list[RobotWheel], model: mujoco.MjModel, data: mujoco.MjData, forces: dict[str, float]
 ) -> None:
-    """Add remarks on limits of the acceleration with which the driven wheels slip as the robot drives forward."""
+    """Add remarks on acceleration limits of the graph above which the driven wheels slip."""
     graph = draft.graphs.get(GRAPH)
     known = graph.value["parameters"] if graph is not None else {}
     frictions = {
@@ -185,18 +185,18 @@ def _tell_slipping(
 
 
 def _held(frictions: Mapping[str, float], forces: Mapping[str, float]) -> float:
-    """Return the acceleration (m/s2) that the friction of links can exert on the robot.
+    """Return the largest acceleration (m/s2) of the robot by the friction of links.
 
     Args:
-        frictions: friction coefficient between each driven wheel and the floor, by the name of the link.
-        forces: vertical force (N) of the floor on each link that touches it, by name.
+        frictions: a dict from the links of driven wheels to their friction coefficients on the floor.
+        forces: a dict from links on the floor to the vertical force of the floor, N.
     """
     held = sum(forces.get(link, 0.0) * friction for link, friction in frictions.items())
     return held / sum(forces.values()) * GRAVITY if held else 0.0
 
 
 def _forces_under(model: mujoco.MjModel, data: mujoco.MjData, along: float) -> dict[str, float]:
-    """Return the vertical forces as `_forces` does, with an additional acceleration (m/s2) along x in the robot's frame."""
+    """Return the vertical forces of `_forces` under an additional acceleration `along` the robot's x axis, m/s2."""
     braked, gravity = copy.copy(data), model.opt.gravity.copy()
     model.opt.gravity[0] = along
     for _ in range(round(SETTLED / STEP)):
@@ -207,7 +207,7 @@ def _forces_under(model: mujoco.MjModel, data: mujoco.MjData, along: float) -> d
 
 
 def _friction(draft: Draft, link: str) -> float:
-    """Return the friction between a link and the floor, along the direction of the link's material."""
+    """Return the friction coefficient between a link and the floor, along the direction of the link's material."""
     bound = draft.bound()
     return min(bound[link]["dynamic_friction"], FLOOR_FRICTION) if link in bound else FLOOR_FRICTION
 
@@ -225,12 +225,12 @@ def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]
 
 
 def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float) -> None:
-    """Bind links that rest on the floor, or are near it, to a material without friction; report the resting links.
+    """Bind links on or near the floor to a material without friction, and add remarks on links that carry weight.
 
     Args:
         draft: draft of the robot file.
-        forces: vertical force (N) of the floor on each link that is not a wheel, by name.
-        near: names of links near the floor that are not wheels.
+        forces: a dict from links other than wheels to the vertical force of the floor, N.
+        near: names of links other than wheels near the floor.
         weight: sum of all vertical forces, N.
     """
     resting = {link: force for link, force in forces.items() if force > LEAST_SHARE * weight}
@@ -247,7 +247,7 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
 
 
 def _slide(draft: Draft, resting: Collection[str]) -> None:
-    """Let links with friction that rest on the floor slide by Coulomb's law; MuJoCo's own contacts would make them jump."""
+    """Let links with friction on the floor slide by Coulomb's law, because MuJoCo's own contacts would make them jump."""
     for name, entry in [*draft.materials.items()]:
         friction = entry.value["dynamic_friction"]
         links = [link for link in entry.value["bind"] if link in resting]
@@ -266,7 +266,7 @@ def _slide(draft: Draft, resting: Collection[str]) -> None:
 
 
 def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[RobotWheel]) -> None:
-    """Add remarks on a centre of mass to one side of the wheels' middle, and ahead of or behind it for skid-steered bases."""
+    """Add remarks on a centre of mass to one side of the wheels' middle, and for a skid-steered base ahead of or behind it."""
     root = data.body(draft.description.root)
     centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
     axle, places = np.array(driven[0].axle), np.array([wheel.centre for wheel in driven])

@@ -25,10 +25,10 @@ class Wishes:
     """The user's options for reading a description.
 
     Attributes:
-        arguments: values of xacro arguments and macro parameters, by name.
+        arguments: a dict from xacro arguments and macro parameters to their values.
         macro: name of the macro that defines the robot; None if the user names none.
         without: names of packages to leave out.
-        model: name of the robot's model in an SDF file with several models; empty if the user names none.
+        model: name of the robot's model in an SDF file; empty if the user names none.
     """
 
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -43,19 +43,19 @@ class RobotSource:
 
     Attributes:
         element: root element of the description as URDF.
-        as_given: whether the file itself is that description, without expansion, conversion or omission.
+        as_given: whether the file contains this description without expansion, conversion or omission.
         wrapper: text of the generated xacro file that calls the macro; empty without a macro.
     """
 
     element: Element
-    as_given: bool
+    as_given: bool = False
     wrapper: str = ""
 
 
 def read_source(
     path: Path, root: Element, target: Path, wishes: Wishes, packages: Packages, findings: Findings
 ) -> RobotSource | None:
-    """Return a description as URDF: expand xacro, and convert SDF. Return None after an error.
+    """Return a description as URDF, with xacro expanded and SDF converted; None after an error.
 
     Args:
         path: path of the description's file.
@@ -71,11 +71,9 @@ def read_source(
         if xacro.is_xacro(path, root):
             whole = xacro.expand(path, wishes.arguments, packages, findings, without=wishes.without)
         model = read_sdf(path, whole, packages, findings, wishes.model) if whole is not None else None
-        return _checked(model.element, wishes, packages, findings, before) if model is not None else None
+        return _checked(RobotSource(model.element), wishes, packages, findings, before) if model is not None else None
     if not xacro.is_xacro(path, root):
-        drop_meshes(root, wishes.without, findings)
-        report_mesh_packages(root, packages, findings)
-        return RobotSource(root, not wishes.without) if len(findings.errors) == before else None
+        return _checked(RobotSource(root, as_given=not wishes.without), wishes, packages, findings, before)
     macro = choose_macro(root, wishes.macro, wishes.arguments, findings)
     if macro is not None and target.with_suffix(WRAPPER).resolve() == path.resolve():
         text = f"the file that calls the macro {macro.name!r} would overwrite {str(path)!r}"
@@ -96,16 +94,17 @@ def read_source(
         if wishes.macro is None:
             told = f"the file defines macros but no robot; {file.name} calls its macro {macro.name!r}"
             findings.add("N103", told, macro.span)
-    return _checked(element, wishes, packages, findings, before, text) if element is not None else None
+    source = RobotSource(element, wrapper=text) if element is not None else None
+    return _checked(source, wishes, packages, findings, before) if source is not None else None
 
 
 def _checked(
-    element: Element, wishes: Wishes, packages: Packages, findings: Findings, before: int, wrapper: str = ""
+    source: RobotSource, wishes: Wishes, packages: Packages, findings: Findings, before: int
 ) -> RobotSource | None:
-    """Remove meshes of packages to leave out, report meshes of missing packages, and return the source; None after an error."""
-    drop_meshes(element, wishes.without, findings)
-    report_mesh_packages(element, packages, findings)
-    return RobotSource(element, False, wrapper) if len(findings.errors) == before else None
+    """Return the source without meshes of packages to leave out; None after an error, such as a missing package of a mesh."""
+    drop_meshes(source.element, wishes.without, findings)
+    report_mesh_packages(source.element, packages, findings)
+    return source if len(findings.errors) == before else None
 
 
 def arguments_of(path: Path, root: Element, packages: Packages, findings: Findings) -> list[str]:

@@ -1,7 +1,7 @@
 """Counts the beams of each ray sensor that end at the sensor's own robot, with all joints at their start positions.
 
-Many descriptions have a lidar inside of a coarse collider, or behind a part that does not block the real one. Such a sensor gets
-`sees_own_robot: false`.
+Many descriptions have a lidar inside of a coarse collider, or behind a link that does not block the real lidar. This sensor then
+gets `sees_own_robot: false`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MOST_BLOCKED = 0.2
 
 
 def check_self_view(draft: Draft) -> None:
-    """Add `sees_own_robot: false` to sensors whose own robot blocks many of their beams; report sensors with blocked beams."""
+    """Add `sees_own_robot: false` to sensors if their own robot blocks many beams, and remarks on all blocked beams."""
     kinds = [kind for kind, known in IMPLEMENTATIONS.all.items() if issubclass(known.handle, RaySensor)]
     casting = {name: entry for name, entry in draft.sensors.items() if entry.value.get("type") in kinds}
     simulation = _alone(draft) if casting else None

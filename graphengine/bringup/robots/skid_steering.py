@@ -1,9 +1,9 @@
 """Chooses friction, track and speed limits of a skid-steered base.
 
-A base with the track T and the wheelbase B, whose wheels have the friction f along and a across their rolling direction, turns
-on the spot as a base of two wheels with the track T (1 + (a B / (f T))^2) does: then the moments of the friction along and across
-the wheels balance by Coulomb's law. In arcs the base also needs a force towards the centre, which changes this track by a few
-percent.
+Let a base have the track T and the wheelbase B, and its wheels the friction f along and a across their rolling direction. On the
+spot, this base turns like a base of two wheels with the track T (1 + (a B / (f T))^2): with this track, the moments of the
+friction along and across the wheels balance by Coulomb's law. In arcs the base also needs a force towards the centre. This force
+changes the track by a few percent.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NAME = "wheels"
 ALONG = 1.0
 """Friction of a wheel along its rolling direction, if the description has none."""
 _SAME_TRACK = 0.25
-"""Largest a B / (f T) for which one track serves all arcs within 5 %."""
+"""Largest a B / (f T) at which a single track suits all arcs within 5 %."""
 _ONE_TRACK = f"{_SAME_TRACK:g} track / wheelbase across, for which one track serves all arcs within 5 %"
 HELD = 0.15
 """Largest share of the friction across that the force towards the centre of an arc may take, at the guessed limits."""
@@ -34,16 +34,16 @@ GRAVITY = 9.81
 _SKIDS = 1.02
 """Smallest ratio of a controller's track to the distance of the wheels at which the controller compensates for skidding."""
 OFF_CENTRE = 0.05
-"""Offset of the centre of mass from the middle of the wheels, as a fraction of their distance along the same axis, above which it
-changes how a base turns."""
+"""Offset of the centre of mass from the middle of the wheels above which the turns of a base change, as a fraction of the wheels'
+distance along the same axis."""
 _STEEP = 0.18
-"""Friction across below which the import says from which slope a parked robot slides."""
+"""Friction across the wheels below which the import adds a remark on the slope at which a parked robot slides."""
 SMALL = 0.75
 """Largest radius of a caster without a drive, as a fraction of the radius of the driven wheels."""
 
 
 def casters(driven: Sequence[RobotWheel], parallel: Sequence[RobotWheel]) -> list[RobotWheel]:
-    """Return the parallel wheels that stand in for casters: no drive, and small or named so, beside one driven axle."""
+    """Return the undriven wheels that stand in for casters beside one driven axle: small ones, or ones with `cast` in a name."""
     names = {wheel.joint for wheel in driven}
     limit = SMALL * max(wheel.radius for wheel in driven)
     loose = [wheel for wheel in parallel if wheel.joint not in names]
@@ -52,10 +52,10 @@ def casters(driven: Sequence[RobotWheel], parallel: Sequence[RobotWheel]) -> lis
 
 
 def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wheelbase: float, aside: float) -> Grip:
-    """Return the friction of skid-steered wheels: that of the description, else one that suits the controller's track.
+    """Return the friction of skid-steered wheels: that of the description, else a friction that suits the controller's track.
 
-    If the centre of mass lies to one side, friction that is equal in all directions is not chosen: the wheels on the light side
-    would slide more than the others, and the base would turn about a point far from its middle.
+    If the centre of mass lies to one side, the friction is never equal in all directions: the wheels on the light side would
+    slide more than the others, and the base would turn about a point far from its middle.
 
     Args:
         draft: draft with the materials of the description.
@@ -81,7 +81,7 @@ def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wh
 
 
 def controller_track(base: Base, track: float) -> float | None:
-    """Return the track with which the base's source commands its wheels, m; None if it does not compensate for skidding.
+    """Return the track with which the controller of a base compensates for skidding, m; None if it does not compensate.
 
     Args:
         base: base as its source describes it.
@@ -92,18 +92,18 @@ def controller_track(base: Base, track: float) -> float | None:
 
 
 def effective_track(track: float, wheelbase: float, ratio: float) -> float:
-    """Return the track of a base of two wheels that turns on the spot as a skid-steered base does, m.
+    """Return the track of a base of two wheels that turns on the spot like a skid-steered base, m.
 
     Args:
         track: distance between the left and right wheels, m.
         wheelbase: distance between the foremost and the rearmost wheels, m.
-        ratio: friction across the wheels divided by that along them.
+        ratio: friction across the wheels divided by the friction along them.
     """
     return track * (1.0 + (ratio * wheelbase / track) ** 2)
 
 
 def _described(draft: Draft, links: Sequence[str]) -> Grip | None:
-    """Return the friction that the description gives to the wheels; None unless it gives the same friction to all of them."""
+    """Return the friction of the wheels in the description; None unless all wheels have the same friction."""
     bound = draft.bound()
     found = {_along_and_across(draft, bound[link], link) if link in bound else None for link in links}
     first = found.pop()
@@ -130,12 +130,12 @@ def _rolls_along(description: RobotDescription, value: MaterialKeys) -> bool:
 
 
 def guess_limits(draft: Draft, grip: Grip, known: Mapping[str, Any], rim_speed: float) -> dict[str, float]:
-    """Return the limits of speed (m/s) and turn rate (rad/s) that the base's source does not give, and add remarks on them.
+    """Return the limits `speed` (m/s) and `turn` (rad/s) that the base's source does not give, and add remarks on them.
 
     Args:
         draft: receives the remarks.
         grip: friction of the wheels.
-        known: parameters of the graph, among them limits of the base's source.
+        known: parameters of the graph, including limits of the base's source.
         rim_speed: largest speed of the wheels' rims, m/s; infinite without a limit.
     """
     budget = HELD * grip.across * GRAVITY

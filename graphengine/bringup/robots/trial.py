@@ -18,9 +18,9 @@ FLOOR_FRICTION = 1.0
 
 
 def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
-    """Return the robot that a draft describes so far; None if the draft has errors, or its description is not being imported.
+    """Return the robot of a draft; None if the draft has errors or no library.
 
-    Errors are not reported here, but later by the import.
+    The errors are discarded, because the import reports them later.
     """
     if draft.library is None:
         return None
@@ -34,13 +34,13 @@ def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
 def checked_spec(
     draft: Draft, library: Library, use: str, document: Document | None = None
 ) -> tuple[mujoco.MjSpec, RobotInstance] | None:
-    """Return the robot that a draft describes; None after an error, which is added to the findings of the library.
+    """Return the robot of a draft; after an error, add it to the findings of the library and return None.
 
     Args:
         draft: draft of the robot file.
         library: reads the meshes.
         use: path of the robot file.
-        document: positions in the robot file, for findings.
+        document: the robot file, whose positions findings contain.
     """
     file = robot_file(draft, library.findings, document)
     (placement,) = place(draft.name, RobotUse(use=use))
@@ -58,7 +58,7 @@ def trial(draft: Draft) -> mujoco.MjModel | None:
 def trial_model(draft: Draft, spec: mujoco.MjSpec) -> mujoco.MjModel | None:
     """Return the compiled model; None if MuJoCo refuses to compile it.
 
-    MuJoCo warns about a mesh file only when it decodes the file for the first time. Therefore its warnings are kept in the draft.
+    The draft keeps the warnings, because MuJoCo warns about a mesh file only when it first decodes the file.
     """
     try:
         model, warnings = compiled(spec)

@@ -21,9 +21,9 @@ from graphengine.devices.rotation import Vector3, rotate
 from graphengine.format.wording import printable
 
 WIDE = 8 * math.pi
-"""A revolute joint with a larger range (rad) counts as continuous; the value is four turns."""
+"""Range above which a revolute joint counts as continuous, rad: four turns."""
 ROUND = 0.93
-"""Minimum ratio of the smallest to the largest radius of a wheel; a regular polygon with ten corners counts as round."""
+"""Minimum ratio of the smallest to the largest radius of a wheel, which a regular polygon with ten corners exceeds."""
 ROLLING = 0.8
 """Minimum ratio of the smallest to the largest reach of a wheel with rollers."""
 EQUAL = 0.005
@@ -31,12 +31,12 @@ EQUAL = 0.005
 LEVEL = 0.3
 """Maximum cosine of the angle between the axis of a wheel on the floor and the vertical."""
 STANDING = 0.02
-"""A link that reaches down to this height (m) above the lowest collider counts as standing on the floor."""
+"""Maximum height (m) of the lowest point of a link on the floor above the lowest collider."""
 PLUMB = 0.9
 """Minimum cosine of the angle between the axis of a caster's swivel and the vertical."""
 _DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
 _TURNS = ([0, 1, 2], [2, 0, 1], [1, 2, 0])
-"""Orders of coordinates that turn a circle into the planes of the three axes."""
+"""Permutations of coordinates that turn a circle about z into circles about the three axes."""
 MATERIAL = "WheelMaterial"
 _FULL_GRIP = 1.0
 
@@ -51,11 +51,12 @@ def find_wheels(draft: Draft) -> None:
     below = extents(model, data, solid)
     if below is None:
         return
+    lowest = float(below[0][2])
     geoms = defaultdict[int, list[int]](list)
     for geom in solid.tolist():
         geoms[int(model.geom_bodyid[geom])].append(geom)
     for body, colliders in geoms.items():
-        if (reach := extents(model, data, colliders)) is not None and reach[0][2] < below[0][2] + STANDING:
+        if (reach := extents(model, data, colliders)) is not None and reach[0][2] < lowest + STANDING:
             draft.standing[model.body(body).name] = float(reach[0][2] - data.body(draft.description.root).xpos[2])
     axes = draft.description.axes_in_root()
     swivelling, rollers = _swivelling(draft, axes), rollers_of(draft.description)
@@ -66,9 +67,7 @@ def find_wheels(draft: Draft) -> None:
             continue
         own = rollers.get(joint.name, NO_ROLLERS)
         colliders = [geom for link in (joint.child, *own.links) for geom in geoms[model.body(link).id]]
-        wheel = _wheel(
-            draft, joint, axes[joint.name], model, data, colliders, float(below[0][2]), rollers=bool(own.links)
-        )
+        wheel = _wheel(draft, joint, axes[joint.name], model, data, colliders, lowest, rollers=bool(own.links))
         if wheel is not None:
             draft.wheels[joint.name] = replace(wheel, swivels=joint.name in swivelling, rollers=own)
     _equalize(draft)
@@ -77,17 +76,16 @@ def find_wheels(draft: Draft) -> None:
 
 
 def _equalize(draft: Draft) -> None:
-    """Give wheels on the floor whose meshes have nearly equal radii their mean radius, so that all of them carry the robot."""
-    meshes = [
-        each for each in draft.wheels.values() if each.on_floor and each.collider == "mesh" and not each.rollers.links
-    ]
+    """Give mesh wheels on the floor with nearly equal radii their mean radius, because all of them should carry the robot."""
+    wheels = draft.wheels.values()
+    meshes = [each for each in wheels if each.on_floor and each.collider == "mesh" and not each.rollers.links]
     for wheel in meshes:
         alike = [each.radius for each in meshes if abs(each.radius - wheel.radius) < EQUAL * wheel.radius]
         draft.wheels[wheel.joint] = replace(wheel, radius=sum(alike) / len(alike))
 
 
 def turns_on(joint: Joint) -> bool:
-    """Return whether a joint is a rotating joint without limits, or with a range larger than `WIDE`."""
+    """Return whether a joint rotates without limits, or within a range larger than `WIDE`."""
     limits = joint.limits
     return joint.type in TURNING and (limits is None or limits[1] - limits[0] > WIDE)
 
@@ -103,7 +101,7 @@ def _wheel(
     *,
     rollers: bool,
 ) -> RobotWheel | None:
-    """Return the wheel that a joint turns; None if the colliders of the joint's child link are not round about its axis.
+    """Return the wheel that a joint turns; None if the colliders of the child link are not round about the joint's axis.
 
     Args:
         draft: receives a remark if a cylinder on the floor does not turn about its own axis.
@@ -144,15 +142,14 @@ def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
     The points are the vertices of a mesh, the corners of a box, or circles on other shapes.
     """
     kind, size = model.geom_type[geom], model.geom_size[geom]
+    ends = [[0, 0, -size[1]], [0, 0, size[1]]]
     circle = np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS), np.zeros_like(_DIRECTIONS)], axis=1)
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         points = mesh_vertices(model, int(model.geom_dataid[geom]))
     elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        points = np.concatenate([circle * size[0] + [0, 0, end * size[1]] for end in (-1, 1)])
+        points = np.concatenate([circle * size[0] + end for end in ends])
     elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        points = np.concatenate(
-            [circle[:, turn] * size[0] + [0, 0, end * size[1]] for turn in _TURNS for end in (-1, 1)]
-        )
+        points = np.concatenate([circle[:, turn] * size[0] + end for turn in _TURNS for end in ends])
     elif kind == mujoco.mjtGeom.mjGEOM_BOX:
         points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
     else:
@@ -165,7 +162,7 @@ def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
 def _size(points: Floats, axle: Floats, *, rollers: bool) -> tuple[float, float, float] | None:
     """Return radius, width and offset along the axle (m) of points that form a wheel about an axle through the origin.
 
-    A wheel with rollers rolls on its convex hull, so its radius is the mean of the hull's reach: the perimeter divided by 2 pi.
+    The radius of a wheel with rollers is the mean reach of the convex hull on which it rolls: the perimeter divided by 2 pi.
     Return None if the points are not round about the axle, or if the width exceeds four times the radius, as in a roller.
     """
     along = points @ axle
@@ -180,7 +177,7 @@ def _size(points: Floats, axle: Floats, *, rollers: bool) -> tuple[float, float,
 
 
 def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
-    """Return the names of joints that swivel: uncommanded vertical joints without limits, and uncommanded joints below them."""
+    """Return the names of swivelling joints: uncommanded vertical joints without limits, and uncommanded joints below these."""
     commanded, found = _commanded(draft), set[str]()
     for joint in (joint for link in draft.description.depth_first() for joint in link.below):
         above = draft.description.links[joint.parent].carrier
@@ -191,10 +188,7 @@ def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
 
 
 def _commanded(draft: Draft) -> set[str]:
-    """Return the names of joints in transmissions, ros2_control command interfaces and Gazebo plugins.
-
-    The result also contains other texts of the plugins.
-    """
+    """Return the names of joints in transmissions and ros2_control command interfaces, and all texts in Gazebo plugins."""
     found: set[str] = set()
     for owner in draft.description.element.children:
         if owner.tag == "transmission":
@@ -202,10 +196,9 @@ def _commanded(draft: Draft) -> set[str]:
         elif owner.tag == "ros2_control":
             found |= {joint.get("name") for joint in owner.all("joint") if joint.all("command_interface")}
         elif owner.tag == "gazebo":
-            plugins = (
-                each for each in owner.all("plugin") if "state" not in (each.get("filename") + each.get("name")).lower()
-            )
-            found |= {part.text for plugin in plugins for part in plugin.walk()}
+            for plugin in owner.all("plugin"):
+                if "state" not in (plugin.get("filename") + plugin.get("name")).lower():
+                    found |= {part.text for part in plugin.walk()}
     return found
 
 
@@ -231,7 +224,7 @@ def _shape(draft: Draft, wheel: RobotWheel) -> None:
 
 
 def _crooked(draft: Draft, joint: Joint) -> Remark | None:
-    """Return a remark if a joint turns a cylinder about an axis other than the cylinder's own; else None."""
+    """Return a remark if a joint turns a cylinder about another axis than that of the cylinder; else None."""
     colliders = draft.description.links[joint.child].colliders
     if len(colliders) != 1 or not isinstance(colliders[0].geometry, Cylinder):
         return None
@@ -245,7 +238,7 @@ def _crooked(draft: Draft, joint: Joint) -> Remark | None:
 
 
 def add_wheel_material(draft: Draft) -> None:
-    """Bind the material to each wheel that rolls on the floor, is not a caster's wheel, and has no material yet."""
+    """Bind the wheel material to all wheels on the floor without a material, except wheels of casters and dragging wheels."""
     bound = draft.bound()
     wheels = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.swivels and not wheel.drags]
     links = [link for wheel in wheels for link in wheel.rollers.links or (wheel.link,)]

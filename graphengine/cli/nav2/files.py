@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, chosen_distro, clean, open_scene, refuse_to_overwrite
-from graphengine.cli.options import add_flag, add_repeatable
+from graphengine.cli.options import add_flag, add_repeatable, add_value
 from graphengine.cli.progress import share_of
 from graphengine.cli.quantities import angle, number
 from graphengine.format.errors import UsageError
@@ -24,19 +24,16 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nav2 files` to its parser."""
     add_file_arguments(parser)
-    parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="folder to write the files to")
+    add_value(parser, "--output", "DIR", "folder to write the files to", short="-o", type=Path, required=True)
     add_repeatable(parser, "--robot", "NAME", "robot that Nav2 drives (default: all robots)", dest="robots")
     add_flag(parser, "--slam", "use slam_toolbox, which makes the map, instead of map_server and AMCL")
-    parser.add_argument(
-        "--controller", choices=("dwb", "mppi", "rpp"), help="controller of Nav2 (default: dwb; rpp for a car)"
-    )
+    controller = "controller of Nav2 (default: dwb; rpp for a car)"
+    parser.add_argument("--controller", choices=("dwb", "mppi", "rpp"), help=controller)
     reached = "distance from a goal within which the goal is reached, m (default 0.15)"
-    parser.add_argument("--xy-tolerance", metavar="DISTANCE", type=number, help=reached)
+    add_value(parser, "--xy-tolerance", "DISTANCE", reached, type=number)
     facing = "angle from a goal within which the goal is reached, rad or as 5deg (default 0.1 with dwb, otherwise 0.2)"
-    parser.add_argument("--yaw-tolerance", metavar="ANGLE", type=angle, help=facing)
-    busy = (
-        "tolerate a machine on which the simulation slows Nav2 down: longer timeouts, lower rates; not for real robots"
-    )
+    add_value(parser, "--yaw-tolerance", "ANGLE", facing, type=angle)
+    busy = "longer timeouts and lower rates, for a machine on which the simulation slows Nav2 down; not for real robots"
     add_flag(parser, "--busy", busy)
     skip = "do not measure the robot's odometry errors and speeds; AMCL's noise parameters then assume good odometry"
     add_flag(parser, "--no-calibrate", skip)
@@ -73,13 +70,8 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
     from graphengine.bringup.nav2.choices import Choices
     from graphengine.bringup.nav2.nav2_files import nav2_files
 
-    choices = Choices(
-        chosen_distro(arguments),
-        arguments.busy,
-        arguments.controller,
-        arguments.xy_tolerance,
-        arguments.yaw_tolerance,
-    )
+    tolerances = arguments.xy_tolerance, arguments.yaw_tolerance
+    choices = Choices(chosen_distro(arguments), arguments.busy, arguments.controller, *tolerances)
     with share_of("calibrating") as advance:
         return nav2_files(
             scene,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from graphengine.cli import terminal
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import FEEDBACK, POLL, Live, absolute_namespace, add_live_arguments, show
-from graphengine.cli.options import add_flag
+from graphengine.cli.options import add_flag, add_value
 from graphengine.cli.quantities import angle, duration, number
 from graphengine.format.errors import ControlError, TransportError, UsageError
 from graphengine.format.wording import listing
@@ -34,18 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nav2 goals` to its parser."""
     what = "pose in the frame map, 'X Y [YAW]' in m and rad (or as 90deg); or a YAML file with goals, such as"
     what += " goals: [{x: 1, y: 2, yaw: 0, name: door}]"
-    parser.add_argument("goals", metavar="GOAL|FILE", nargs="+", help=what)
-    namespace = "namespace of the robot (default: that of the only Nav2 on the network)"
-    parser.add_argument("--namespace", metavar="NAME", help=namespace)
+    add_value(parser, "goals", "GOAL|FILE", what, nargs="+")
+    add_value(parser, "--namespace", "NAME", "namespace of the robot (default: that of the only Nav2 on the network)")
     patience = "simulation time after which a goal is canceled (default 300s)"
-    parser.add_argument("--patience", metavar="TIME", type=duration, default=300.0, help=patience)
+    add_value(parser, "--patience", "TIME", patience, type=duration, default=300.0)
     wait = "maximum wall time to wait until Nav2 appears, and again until it accepts the first goal (default 60s)"
-    parser.add_argument("--wait", metavar="TIME", type=duration, default=60.0, help=wait)
+    add_value(parser, "--wait", "TIME", wait, type=duration, default=60.0)
     add_flag(parser, "--no-initial-pose", "do not publish the robot's true pose on `initialpose` before the first goal")
-    parser.add_argument(
-        "--run", metavar="NAME|PID", default="", help="run that simulates the robot (default: the only one)"
-    )
-    parser.add_argument("--junit", metavar="FILE", type=Path, help="also write the results to this file as JUnit XML")
+    add_value(parser, "--run", "NAME|PID", "run that simulates the robot (default: the only one)", default="")
+    add_value(parser, "--junit", "FILE", "also write the results to this file as JUnit XML", type=Path)
     parser.epilog = (
         "The true poses of the robot come from the control channel of the run, as for `graphrun ctl`. Ctrl-C cancels the goal. "
         "The exit code is 0 if all goals were reached, else 1. --transport dds reaches Nav2 only if it uses Cyclone DDS; "
@@ -55,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Send the goals and print a table of their outcomes; return 0 if all were reached, else 1."""
+    """Send the goals and print a table of their outcomes; return 0 if the robot reached all goals, else 1."""
     from graphengine.bringup.navigation.initial_pose import give_initial_pose, has_listener
     from graphengine.bringup.navigation.navigator import ACTION, Navigator
     from graphengine.bringup.navigation.outcome import RESET, Outcome, rows, write_junit
@@ -134,10 +131,10 @@ def _read(text: str) -> list[NavigationGoal]:
 
 
 def _action(live: Live, arguments: argparse.Namespace) -> str:
-    """Wait for an action server of Nav2, in the namespace given on the command line, and return the full name of its action.
+    """Wait for an action server of Nav2, in the given namespace if any, and return the full name of its action.
 
     Raises:
-        TransportError: there is no server within `--wait`, or there are several and no namespace is given.
+        TransportError: no server appears within `--wait` s, or there are several servers and no namespace is given.
     """
     from graphengine.bringup.navigation.navigator import ACTION
 
@@ -148,7 +145,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
         servers = _servers(live)
         return [wanted] if wanted in servers else [] if wanted is not None else servers
 
-    live.graph(lambda graph: False)
+    live.graph()
     deadline, told = time.monotonic() + arguments.wait, False
     while not (there := found()) and time.monotonic() < deadline:
         if not told:
@@ -159,16 +156,15 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
         return there[0]
     names = [name.removesuffix(f"/{ACTION}") or "/" for name in there or _servers(live)]
     if there:
-        raise TransportError(
-            f"there are {len(there)} robots with Nav2\n{listing(names, 'choose one with --namespace')}"
-        )
+        advice = listing(names, "choose one with --namespace")
+        raise TransportError(f"there are {len(there)} robots with Nav2\n{advice}")
     foreign = [text for name, text in live.transport.foreign_services.items() if f"/{ACTION}/" in f"{name}/"]
     hint = listing(names, "namespaces with Nav2") if names else "is Nav2 running in this domain?"
     raise TransportError(f"no action {wanted or ACTION}\n{foreign[0] if foreign else hint}\nsearched {live.where}")
 
 
 def _servers(live: Live) -> list[str]:
-    """Return the names of the NavigateToPose actions on the network, sorted; a server is found by its feedback publisher."""
+    """Return the sorted names of the NavigateToPose actions whose feedback a peer publishes."""
     from graphengine.bringup.navigation.navigator import ACTION
 
     published = {end.topic for end in live.graph_now().endpoints if end.direction == "publish"}
@@ -189,10 +185,9 @@ def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Itera
     try:
         truth = TruePoses(run, namespace)
         if clock is not None and abs(clock() - truth.time) > SAME_TIME:
-            name, seconds = truth.entry, f"{truth.time:.1f} s in the run, {clock():.1f} s on /clock"
-            raise ControlError(
-                f"{name} does not publish the /clock of this network: the times differ ({seconds}); choose a run with --run"
-            )
+            times = f"{truth.time:.1f} s in the run, {clock():.1f} s on /clock"
+            why = f"the times differ ({times}); choose a run with --run"
+            raise ControlError(f"{truth.entry} does not publish the /clock of this network: {why}")
     except ControlError as error:
         if truth is not None:
             truth.close()
@@ -214,7 +209,7 @@ def _heard_clock(live: Live) -> Callable[[], float] | None:
 
 
 def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
-    """Return a function that returns the simulation time of the run, s; without a run, one that returns the wall time."""
+    """Return a function that returns the simulation time of the run, s, or without a run the wall time, s."""
     if truth is not None:
         return lambda: truth.time
     _say("no messages on /clock: times are wall times")
@@ -225,7 +220,7 @@ def _drive(go: Callable[..., Outcome], goal: NavigationGoal, place: str) -> Outc
     """Send a goal, wait until it ends, print its outcome and return it; on a terminal, also show the progress.
 
     Args:
-        go: sends the goal that is its first argument, calls its second argument with each progress, and returns the outcome.
+        go: sends its first argument, a goal; calls its second argument with each progress; and returns the outcome.
         goal: the goal to send.
         place: place of the goal among all goals, such as `2/5`.
     """

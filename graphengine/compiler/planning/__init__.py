@@ -40,7 +40,7 @@ def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
 
 
 def shape(graph: Graph) -> object:
-    """Return a hashable key of all that a plan depends on: file, evaluator, node classes, wires and shared resources.
+    """Return a hashable key of the facts on which a plan depends: file, evaluator, node classes, wires and shared resources.
 
     Graphs with equal keys share a plan; literals are not part of the key.
     """
@@ -126,7 +126,7 @@ def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Collectio
 
 
 def _read_off(graph: DependencyGraph, readers: Iterable[int]) -> list[int]:
-    """Return the data nodes at whose unwired inputs the wires of some readers begin.
+    """Return the data nodes from whose unwired inputs wires lead to the given readers.
 
     A wire that begins at an input carries its value without a computation of the node.
     """

@@ -16,8 +16,8 @@ class DependencyGraph(WiredGraph):
 
     Attributes:
         flagged: data nodes for which a flag at run time says whether they are stale; the set grows while calls are written.
-        shared: data nodes that several places of the plan compute, and all data nodes that these read; all are in `flagged`.
-        placed: data nodes that the calls written so far compute.
+        shared: data nodes that several nodes need, and all data nodes that these data nodes read; all are in `flagged`.
+        placed: data nodes that the calls compute; the set grows while calls are written.
         gates: as in `Plan.gates`.
     """
 
@@ -31,9 +31,9 @@ class DependencyGraph(WiredGraph):
 
     def _find_dependencies(self) -> None:
         self.shows: dict[int, set[int]] = {}
-        """For each data node: the nodes of other kinds whose outputs reach it over wires, also through other data nodes."""
+        """For each data node: the nodes of other kinds whose outputs reach the data node, directly or through data nodes."""
         self.depends: dict[int, set[int]] = {}
-        """For each data node: the nodes in `shows`, and the nodes that write a resource on which its value depends."""
+        """For each data node: the nodes in `shows`, and the nodes that write a resource on which the value depends."""
         self.dependents: dict[int, list[int]] = {}
         """For each node that is not a data node: the data nodes that depend on it."""
         self.volatile: set[int] = set()
@@ -63,9 +63,9 @@ class DependencyGraph(WiredGraph):
         return (wire.source for wire in self.data_in.get(index, []) if not self.reads_input(wire))
 
     def upstream(self, readers: Iterable[int], known: Container[int] = ()) -> list[int]:
-        """Return the data nodes on which some nodes depend, directly or through data nodes, each after those that it reads.
+        """Return the data nodes on which `readers` depend, directly or through data nodes; each follows the nodes that it reads.
 
-        Nodes in `known`, and those that only they read, are left out.
+        Data nodes in `known`, and data nodes that only these read, are left out.
         """
 
         def sources(*nodes: int) -> list[int]:
@@ -75,11 +75,11 @@ class DependencyGraph(WiredGraph):
         return sorted(reached(sources(*readers), sources), key=lambda data: self.data_rank[data])
 
     def data_sources(self, index: int) -> list[int]:
-        """Return the data nodes from whose outputs wires lead to a node, without constant ones."""
+        """Return the data nodes, except constant ones, whose outputs are wired to a node."""
         return [i for i in self._sources_of_value(index) if i in self.data_rank and i not in self.constant]
 
     def share_upstream(self) -> None:
-        """Add to `shared` all data nodes that shared ones read, and all shared ones to `flagged`."""
+        """Add the data nodes that shared data nodes read to `shared`, and all shared data nodes to `flagged`."""
         self.shared |= {*self.upstream(self.shared, self.shared)} - self.constant
         self.flagged |= self.shared
 

@@ -1,4 +1,4 @@
-"""Which flags of a region imply each other: a branch runs only if the branches before it led to it."""
+"""Finds out which flags of a region imply each other: a branch runs only if the branches before it have fired it."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from functools import reduce
 
 
 class GuardTree:
-    """The flags of a region as a tree: a flag that is set implies its parent. The root is "", which is always set.
+    """A tree of the flags of a region: a flag is set only if its parent is set. The root is "", which is always set.
 
-    `number` gives each flag the interval of positions that it and all flags below it occupy. A set of flags is a sorted list of
-    positions, in which no flag lies below another.
+    `number` assigns each flag an interval of positions, which contains the intervals of the flags below. A set of flags is a
+    sorted list of the starts of their intervals, in which no flag lies below another.
     """
 
     def __init__(self) -> None:
         self._parent = {"": ""}
         self._jump = {"": ""}
-        """For each flag: one far above it. Searches follow it where they can, so they take O(log n) steps."""
+        """For each flag: an ancestor far above it. Searches jump to this ancestor where they can, and take O(log n) steps."""
         self._depth = {"": 0}
         self._end: dict[int, int] = {}
-        """End of the interval that starts at a position."""
+        """For the start of each interval: its end."""
         self._start: dict[str, int] = {}
 
     def add(self, flag: str, causes: Iterable[str]) -> str:
-        """Add a flag that is set only where one of `causes` is set; return it. A flag that is in the tree stays as it is."""
+        """Add a flag that is set only if one of `causes` is set, unless the tree has the flag; return the flag."""
         if flag not in self._parent:
             parent = reduce(self._common, causes)
             far, depth = self._jump[parent], self._depth
@@ -66,6 +66,6 @@ class GuardTree:
         return before > 0 and start < self._end[flags[before - 1]]
 
     def include(self, flag: str, flags: list[int]) -> None:
-        """Add a flag, which implies none of a set of flags, to the set; flags that imply it are removed."""
+        """Add a flag to a set, and remove the flags that imply the new flag. The new flag must imply no flag of the set."""
         start = self._start[flag]
         flags[bisect_left(flags, start) : bisect_left(flags, self._end[start])] = [start]

@@ -1,4 +1,4 @@
-"""Writes the calls of a region: when each node runs, what its outputs fire, and which data nodes are computed before it."""
+"""Writes the calls of a region: conditions and effects of each node, and the data nodes that are computed before."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class RegionWriter:
         self.guards: dict[int, str] = {}
         self.tree = GuardTree()
         self.clean: dict[int, list[int]] = {}
-        """Flags under which each data node is up to date: if one of them is set, it was computed after its last change."""
+        """For each data node: flags of which one is set only if the data node was computed after its last change."""
         self.stale: set[int] = set()
-        """Data nodes that are stale for certain; of those that are neither here nor in `clean`, only a flag at run time knows."""
+        """Data nodes that are certainly stale. For a data node neither here nor in `clean`, only a flag at run time tells."""
 
     def write(self) -> Region:
         """Return the region with all its calls."""
@@ -83,7 +83,7 @@ class RegionWriter:
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
     def _fires(self, wires: Iterable[Wire]) -> Iterator[FireEffect]:
-        """Yield the effect of each wire when it fires; wires without an effect are skipped, since their target runs anyway."""
+        """Yield the effect of firing each wire; wires to nodes that run anyway have no effect and are skipped."""
         set_already = {""}
         for wire in sorted(wires, key=lambda w: w.order):
             target = wire.target
@@ -134,15 +134,14 @@ class RegionWriter:
         copies, marks, rereads = graph.copies(index), graph.marks(index), None
         if kind == "pusher" and graph.node(index).cls.rereads:
             rereads = self._refreshes(index, again=True)
-        return Call(
-            index, kind, guard, refreshes, copies, gated, branches, marks, self._pins(index), activations, rereads
-        )
+        pins = self._pins(index)
+        return Call(index, kind, guard, refreshes, copies, gated, branches, marks, pins, activations, rereads)
 
     def _refreshes(self, consumer: int, *, again: bool = False) -> tuple[Refresh, ...]:
-        """Return the computations of data nodes before `consumer` reads them; `again`: after a yield of this pusher.
+        """Return the computations of data nodes before `consumer` reads them, or with `again` after a yield of this pusher.
 
-        Nodes that are up to date are left out. The search ends at them, and at shared nodes, whose refreshes include those that
-        they read.
+        Data nodes that are up to date are left out. The search ends at these and at shared data nodes, whose refreshes include
+        the data nodes upstream.
         """
         graph, guard = self.graph, self.guards[consumer]
         found: dict[int, bool] = {}
@@ -176,7 +175,7 @@ class RegionWriter:
         return Refresh(data, graph.copies(data), not sure, data in graph.flagged, repeated, shared)
 
     def _invalidate(self, index: int, guard: str) -> None:
-        """Note which data nodes are stale, or may be, after the call of a node on which they depend."""
+        """Record which data nodes are or may be stale after the call of a node on which they depend."""
         graph = self.graph
         pusher = graph.kinds[index] == "pusher"
         for data in graph.dependents.get(index, ()):

@@ -1,8 +1,8 @@
 """Divides a graph into regions and orders their nodes; a region ends at the ports of pushers (loops and sequences).
 
 Within a region, nodes are ordered topologically over execution and data wires; a pusher and all nodes below its ports are one
-unit. Of nodes whose order the wires do not determine, the one whose first incoming execution wire is earlier in the file runs
-first, then the one that is itself earlier in the file.
+unit. If the wires do not determine the order of two nodes, the node whose first incoming execution wire is earlier in the file
+runs first; without a difference, the node that is earlier in the file.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MAX_PUSHERS = 500
 
 @dataclass(frozen=True, slots=True)
 class DataRead:
-    """The dependency of a node's inputs on the node `source`, directly or through data nodes; `source` is not a data node."""
+    """The dependency of a node's inputs on the node `source`, which is no data node, directly or through data nodes."""
 
     source: int
     wire: Wire
@@ -71,13 +71,8 @@ class RegionGraph(DependencyGraph):
             if depth[index] > MAX_PUSHERS:
                 node = self.node(index)
                 what = f"{node.id} lies below more than {MAX_PUSHERS} nested loops and sequences"
-                self.findings.add(
-                    "G105",
-                    what,
-                    node.span,
-                    "wire loops and sequences one after the other instead of nesting them",
-                    related=node.entry.via,
-                )
+                remedy = "wire loops and sequences one after the other instead of nesting them"
+                self.findings.add("G105", what, node.span, remedy, related=node.entry.via)
                 return False
         return True
 
@@ -107,9 +102,10 @@ class RegionGraph(DependencyGraph):
             opened += 1
 
     def _open_region(self, title: str, entries: list[Wire], starts: Iterable[int]) -> int:
+        """Add a region with all nodes that execution reaches from `starts` without crossing a pusher's port; return its index."""
         self.titles.append(title)
         self.entries.append(entries)
-        self.members.append(self._reach(starts))
+        self.members.append(list(reached(starts, lambda index: [wire.target for wire in self._followed(index)])))
         return len(self.members) - 1
 
     def _region_below(self, pusher: int, port: Port, known: dict[tuple[tuple[int, str], ...], int]) -> int:
@@ -127,10 +123,6 @@ class RegionGraph(DependencyGraph):
         else:
             known[pins] = self._open_region(title, wires, [wire.target for wire in wires])
         return known[pins]
-
-    def _reach(self, starts: Iterable[int]) -> list[int]:
-        """Return the nodes that execution reaches from `starts` without crossing a pusher's port."""
-        return list(reached(starts, lambda index: [wire.target for wire in self._followed(index)]))
 
     def _followed(self, index: int) -> list[Wire]:
         """Return the execution wires from a node whose targets are in the same region; none for pushers and latent nodes."""

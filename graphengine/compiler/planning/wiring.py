@@ -27,7 +27,7 @@ class WiredGraph:
         self.data_in: dict[int, list[Wire]] = {}
         """Data wires into each node, by index of the node.
 
-        A wire that begins at a wired input is replaced by a wire from the port where the value of that input comes from.
+        A wire that begins at a wired input is replaced by a wire from the source of that input's value.
         """
         self.exec_out: dict[int, list[Wire]] = {}
         self.exec_in: dict[int, list[Wire]] = {}
@@ -73,13 +73,13 @@ class WiredGraph:
         into = (wire for index in pure for wire in self.data_in.get(index, []))
         wires = [wire for wire in into if self.kinds[wire.source] == "data" and not self.reads_input(wire)]
         graph = Digraph(pure, [(wire.source, wire.target) for wire in wires])
-        if self._report_cycles("G209", "data nodes form a cycle", graph, wires):
+        if self._report_cycles("G209", "data nodes form a cycle", "a node that has an execution input", graph, wires):
             return False
         self.data_rank = _ranks(graph)
         return True
 
     def _check_exec_cycles(self) -> bool:
-        """Return whether the execution wires form no illegal cycle, and report each illegal one.
+        """Return whether the execution wires form no illegal cycle; report illegal cycles.
 
         A wire into a control input may close a cycle; its firing then acts in the next activation of the target.
         """
@@ -89,7 +89,8 @@ class WiredGraph:
             (control if self.graph.target(wire)[1].control else wires).append(wire)
         for wire in wires:
             graph.add_edge(wire.source, wire.target)
-        if self._report_cycles("G210", "execution wires form a cycle", graph, wires):
+        breakers = "a Delay node, or a control input such as `reset`"
+        if self._report_cycles("G210", "execution wires form a cycle", breakers, graph, wires):
             return False
         rank = _ranks(graph)
         for wire in control:
@@ -102,12 +103,13 @@ class WiredGraph:
                 rank = _ranks(graph)
         return True
 
-    def _report_cycles(self, code: str, what: str, graph: Digraph, wires: list[Wire]) -> bool:
+    def _report_cycles(self, code: str, what: str, breakers: str, graph: Digraph, wires: list[Wire]) -> bool:
         """Add an error for one cycle in each strongly connected component; return whether there is a cycle.
 
         Args:
             code: code of the findings.
-            what: message that precedes the list of nodes.
+            what: first half of the message, before the list of nodes.
+            breakers: nodes or inputs with which a user can break the cycle.
             graph: graph in which cycles are searched.
             wires: wires that form the edges of the graph.
         """
@@ -116,19 +118,12 @@ class WiredGraph:
         for component in sorted(graph.components(), key=min):
             first = min(component)
             if len(component) > 1 or graph.has_edge(first, first):
-                self._report_cycle(code, what, [between[edge] for edge in graph.find_cycle(component, first)])
-                found = True
+                loop, found = [between[edge] for edge in graph.find_cycle(component, first)], True
+                path = " -> ".join(self.node(wire.source).id for wire in (*loop, loop[0]))
+                related = [*((wire.span, str(wire)) for wire in loop), *loop[0].entry.via]
+                remedy = f"break the cycle with {breakers}"
+                self.findings.add(code, f"{what}: {path}", loop[0].span, remedy, related=related)
         return found
-
-    def _report_cycle(self, code: str, what: str, loop: list[Wire]) -> None:
-        path = " -> ".join([self.node(wire.source).id for wire in loop] + [self.node(loop[0].source).id])
-        by = (
-            "a node that has an execution input"
-            if code == "G209"
-            else "a Delay node, or a control input such as `reset`"
-        )
-        related = [*((wire.span, str(wire)) for wire in loop), *loop[0].entry.via]
-        self.findings.add(code, f"{what}: {path}", loop[0].span, f"break the cycle with {by}", related=related)
 
     def forward(self, wire: Wire) -> bool:
         """Return whether an execution wire fires its target in the same run of its region.

@@ -1,6 +1,6 @@
 """The server of the action SimulateSteps, which runs a number of ticks and sends feedback after each tick.
 
-Goals can be cancelled. Only one goal is active at a time; further goals are rejected.
+Goals can be cancelled. Only one goal is active at a time; while it is active, other goals are rejected.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TYPE = "simulation_interfaces/action/SimulateSteps"
 
 
 class _Goal(TrackedGoal):
-    """A goal with the number of ticks to run (`steps`) and the number of ticks already run (`done`)."""
+    """A goal with the number of ticks to run, `steps`, and the number of ticks that have run, `done`."""
 
     def __init__(self, identity: bytes, steps: int) -> None:
         super().__init__(identity)
@@ -86,7 +86,7 @@ class SimulateSteps:
         stepping.add_done_callback(lambda future: self._stepped(goal, future))
 
     def _stepped(self, goal: _Goal, future: Future[Any]) -> None:
-        """Continue or end a goal after a tick ran or failed. This is called in the session's thread."""
+        """Continue or end a goal after a tick has run or failed; called in the session's thread."""
         if self._closed:
             return
         error = future.exception()
@@ -112,7 +112,7 @@ class SimulateSteps:
         outcome = DEFINITIONS.initial(f"{TYPE}_Result")
         outcome.result.result = OK if status == SUCCEEDED else FAILED
         outcome.result.error_message = error
-        with self._lock:  # else one who cancels just then could write over it
+        with self._lock:  # otherwise a cancellation at this moment could overwrite the status
             self._goals.end(goal, status, outcome)
             waiting = list(goal.waiting)
         self._tell_status()
@@ -120,7 +120,7 @@ class SimulateSteps:
             ended.set_result(None)
 
     def _result(self, request: Any, response: Any) -> Future[None]:
-        """Fill in the result of a goal, and return a future that is done when the goal has ended; unknown goals get status 0."""
+        """Return a future that fills in the response when the goal has ended; the response for an unknown goal has status 0."""
         ended = Future[None]()
         with self._lock:
             goal = self._goals.find(bytes(request.goal_id.uuid))
@@ -129,9 +129,7 @@ class SimulateSteps:
                 if goal is not None:
                     response.status, response.result = goal.result.status, goal.result.result
 
-            ended.add_done_callback(
-                fill
-            )  # before the response is sent, because callbacks run in the order in which they were added
+            ended.add_done_callback(fill)  # the first callback, which runs before the response is sent
             if goal is not None and not goal.ended:
                 goal.waiting.append(ended)
             else:
@@ -139,7 +137,7 @@ class SimulateSteps:
         return ended
 
     def _cancel(self, request: Any, response: Any) -> None:
-        """Cancel active goals after their current tick: the given goal, goals accepted up to a time, or all."""
+        """Cancel the given goal, all goals accepted up to a time, or all goals; an active goal ends after the current tick."""
         with self._lock:
             answer = self._goals.cancel(request)
         response.return_code, response.goals_canceling = answer.return_code, answer.goals_canceling

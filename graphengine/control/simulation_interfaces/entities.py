@@ -1,4 +1,4 @@
-"""Handles requests of the entity services: find entities, get and set their states and infos, and delete entities."""
+"""Handles requests to find and delete entities, and to get and set states and infos of entities."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def get_entities(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def get_entities_states(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntitiesStates with names and states of the entities that match the filters."""
+    """Answer GetEntitiesStates with the names and states of the entities that match the filters."""
     get_entities(session, request, response)
     response.states = [_state(session, name) for name in response.entities]
 
@@ -44,7 +44,7 @@ def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetEntityState: move an entity, unless it would overlap others. Accelerations are ignored."""
+    """Answer SetEntityState: move an entity unless it would overlap others; ignore accelerations."""
     entity, state = _entity(session, request.entity), request.state
     if state.header.frame_id not in ("", WORLD):
         raise RefusedError(FAILED, f"a state must be in the frame {WORLD!r}, not {state.header.frame_id!r}")
@@ -54,7 +54,7 @@ def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
     if entity.kind == "static" and any(asked):
         raise RefusedError(FAILED, f"{entity.name} is fixed to the world and cannot have a velocity or acceleration")
     turned = Orientation(quaternion_xyzw=orientation)
-    # Not checked here: physics says which entity has a velocity that is not finite.
+    # Without validation: physics reports a velocity that is not finite, with the name of the entity.
     move = Move.model_construct(
         entity=entity.name, position=position, orientation=turned, linear=linear, angular=angular
     )
@@ -74,7 +74,7 @@ def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def get_entity_info(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntityInfo with the info that a client has set; if none was set, with an info that has only a category."""
+    """Answer GetEntityInfo with the info that a client has set, or else with an info that has only a category."""
     response.info = _info(session, _entity(session, request.entity))
 
 
@@ -88,7 +88,7 @@ def set_entity_info(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def get_entity_bounds(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntityBounds with a box in the entity's frame, or with empty bounds if the entity has no finite geometry."""
+    """Answer GetEntityBounds with a box in the entity's frame; without finite geometry, with empty bounds."""
     box = session.services.world.entities.bounds(_entity(session, request.entity).name, own=True)
     if box is not None:
         response.bounds.type = filters.BOX
@@ -100,7 +100,7 @@ def pose_in_world(session: SessionCore, stamped: Any, invalid: int) -> Pose:
 
     Args:
         session: session with the entities.
-        stamped: message; its frame is `world`, empty (which means `world`), or the name of an entity.
+        stamped: message whose frame is the name of an entity, `world`, or empty, which means `world`.
         invalid: result code of the error.
 
     Raises:
@@ -136,7 +136,7 @@ def plain_pose(pose: Any, invalid: int) -> Pose:
 
 
 def _matching(session: SessionCore, wanted: Any) -> list[Entity]:
-    """Return the entities that match an EntityFilters message, in their order in the world."""
+    """Return the entities that match an EntityFilters message, in the order of the world."""
     overlaps = filters.overlap(wanted.bounds)
     entities = {entity.name: entity for entity in session.services.world.entities.all()}
     found = [entities[name] for name in filters.name_filter(wanted.filter, list(entities))]
@@ -163,12 +163,12 @@ def _entity(session: SessionCore, name: str) -> Entity:
     for entity in session.services.world.entities.all():
         if name in (entity.name, entity.prim_path):
             return entity
-    session.services.world.entities.state(name)  # which says what is near
+    session.services.world.entities.state(name)  # raises an error with similar names
     raise UnknownEntityError(f"no entity {name!r}")
 
 
 def _info(session: SessionCore, entity: Entity) -> Any:
-    """Return the EntityInfo that a client has set; if none was set, an EntityInfo that has only a category."""
+    """Return the EntityInfo that a client has set, or else an EntityInfo with only a category."""
     given = session.services.stage.find(entity.prim_path).facts.get("entity_info")
     if given is not None:
         return given
@@ -178,7 +178,7 @@ def _info(session: SessionCore, entity: Entity) -> Any:
 
 
 def _state(session: SessionCore, name: str) -> Any:
-    """Return an EntityState message with the current pose, velocity and acceleration of an entity in the world frame."""
+    """Return an EntityState message with pose, velocity and acceleration of an entity in the world frame."""
     state: EntityState = session.services.world.entities.state(name)
     message = DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
     message.header = messages.header(session.time, WORLD)

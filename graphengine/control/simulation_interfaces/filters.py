@@ -1,4 +1,4 @@
-"""Filters for entities by name, tags and bounds, as EntityFilters messages define them."""
+"""The filters of EntityFilters messages: name, tags and bounds of entities."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from graphengine.devices.entity import Box
 MAX_PATTERN = 1000
 """Maximum length of a filter of entities, characters."""
 MAX_UNROLLED = 100_000
-"""Maximum number of characters of a regular expression after expansion of repetitions such as `{3}`, which `regex` expands."""
+"""Maximum length of a regular expression after `regex` has expanded repetitions such as `{3}`, characters."""
 PATIENCE = 0.1
-"""Maximum time for matching all names, s; some expressions would take practically forever."""
+"""Maximum time to match all names, s; without this limit, some expressions would take years."""
 EMPTY, BOX, CONVEX_HULL, SPHERE = range(4)
 _ALL = 1
 """Value of `TagsFilter.FILTER_MODE_ALL`."""
@@ -34,7 +34,7 @@ def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
         raise RefusedError(FAILED, f"a filter has at most {MAX_PATTERN} characters")
     if len(pattern) * _repetitions(pattern) > MAX_UNROLLED:
         raise RefusedError(FAILED, f"the filter {pattern[:80]!r} has too many repetitions")
-    import regex  # Python's own cannot be stopped
+    import regex  # a match with Python's `re` cannot be stopped
 
     try:
         expression, deadline = regex.compile(pattern), time.monotonic() + PATIENCE
@@ -46,7 +46,7 @@ def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
 
 
 def _repetitions(pattern: str) -> int:
-    """Return an upper bound of the factor by which repetitions such as `{3}` lengthen a pattern when they are expanded."""
+    """Return an upper bound of the factor by which the expansion of repetitions such as `{3}` lengthens a pattern."""
     counts = (re.findall(r"[0-9]+", braces) for braces in re.findall(r"\{[^{}]*\}", pattern))
     return math.prod(max(*map(int, found), 1) for found in counts if found)
 
@@ -58,7 +58,7 @@ def has_tags(wanted: Any, tags: Sequence[str]) -> bool:
 
 
 def overlap(bounds: Any) -> Callable[[Box], bool] | None:
-    """Return a function that tests whether a box in the world overlaps the given bounds; None for empty bounds.
+    """Return a function that returns whether a box in the world overlaps the given bounds; None for empty bounds.
 
     Raises:
         RefusedError: the bounds have an unsupported type, or are invalid.

@@ -1,4 +1,4 @@
-"""Finds the resources from which entities can be spawned: files named by a URI, and robot descriptions given as text."""
+"""Finds resources from which entities can be spawned: files with a URI, and robot descriptions as text."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ UNSUPPORTED_FORMAT, NO_RESOURCE = 103, 104
 _SUFFIXES = (".urdf", ".xacro", ".xml", ".yaml", ".yml")
 _NAMED = re.compile(r"<(?:robot\b[^>]*?\bname|mujoco\b[^>]*?\bmodel)\s*=\s*[\"']([^\"']*)[\"']")
 _LISTED = tuple(suffix for suffix in _SUFFIXES if suffix != ".xml")
-"""Suffixes of the files that `spawnables` lists. MJCF files are not listed, because they may contain worlds."""
+"""Suffixes of the files that `spawnables` lists: no MJCF files, because these may contain worlds."""
 MAX_LISTED = 1000
 """Maximum number of spawnable files that a response lists."""
 
 
 def use_of(files: Files, folder: Path, uri: str, text: str) -> str:
-    """Return a resource as the value of the key `use` in a scene file.
+    """Return the value of the key `use` of a scene file for a resource.
 
     Args:
-        files: says which files may be read.
-        folder: folder of the scene, to which paths are relative.
+        files: folders from which files may be read.
+        folder: folder of the scene, where relative paths start.
         uri: path or `file://` URI of the resource; empty if `text` is given.
         text: URDF or MJCF description; used only if `uri` is empty.
 
     Raises:
-        RefusedError: `uri` and `text` are empty, the format is not supported, or the file does not exist or may not be read.
+        RefusedError: `uri` and `text` are empty, the format is not supported, the file does not exist, or it may not be read.
     """
     if not uri:
         if not text.strip():
@@ -57,7 +57,7 @@ def use_of(files: Files, folder: Path, uri: str, text: str) -> str:
 def name_of(use: str) -> str:
     """Return a name for an entity: the name in a robot description, or the file name of a resource without suffixes.
 
-    If a description contains no name, return an empty string.
+    The result is empty if a description contains no name.
     """
     if use.lstrip().startswith("<"):
         found = _NAMED.search(use[:10_000])
@@ -69,16 +69,16 @@ def name_of(use: str) -> str:
 
 
 def spawnables(files: Files, beside: Path, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
-    """Return a list with (URI, description) of each resource that can be spawned, and a list of unreadable sources.
+    """Return (URI, description) of each resource that can be spawned, and the unreadable sources.
 
     The resources are the robot files and robot descriptions in the scene's folder `beside`, in its subfolder `robots`, in the
-    folders `sources`, and in the package. The second list has the elements of `sources` that are not readable folders.
+    folders `sources`, and in the package. A source is unreadable if it is not a folder that may be read.
     """
     folders = {Path(): beside, Path("robots"): beside / "robots"}
     unknown: list[str] = []
     for source in sources:
         folder = beside / unquote(source.removeprefix("file://"))
-        if files.may_read(folder) and os.path.isdir(folder):  # which takes a name that no folder can have, too
+        if files.may_read(folder) and os.path.isdir(folder):  # `os.path.isdir` accepts illegal names too
             folders[folder] = folder
         else:
             unknown.append(source)

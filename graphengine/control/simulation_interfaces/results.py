@@ -1,4 +1,4 @@
-"""Maps errors to result codes, which `simulation_interfaces/msg/Result` and individual service types define."""
+"""Maps errors to the result codes that `simulation_interfaces/msg/Result` and single service types define."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 
 
 class RefusedError(UsageError):
-    """A request was rejected; `code` is the result code for the response."""
+    """A request was rejected; the response gets the result code `code`."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)
@@ -27,6 +27,6 @@ def code_of(error: BaseException) -> int:
 
 
 def text_of(error: BaseException) -> str:
-    """Return the text of an exception for the client; if it is not a GraphError, the text begins with the exception's class."""
+    """Return the text of an exception for the client; for internal errors, the text begins with the exception's class."""
     text = str(error) if isinstance(error, GraphError) else f"{type(error).__name__}: {error}"
     return text if len(text) <= MAX_TEXT else f"{text[:MAX_TEXT]}…"

@@ -28,7 +28,7 @@ PACKAGE = "simulation_interfaces"
 _LEFT_OUT = ("get_available_worlds", "load_world", "unload_world", "get_named_poses", "get_named_pose_bounds")
 """Services that are not supported, because a session has one world and no named poses.
 
-They are created nevertheless, so that a call returns an error instead of waiting for a server.
+The services exist nevertheless, so that a call gets an error instead of waiting for a server.
 """
 _SPAWNING = 0
 """SimulatorFeatures code for spawning entities."""
@@ -42,9 +42,9 @@ class SimulationInterfaces:
 
     Args:
         queue: command queue of the session.
-        scene: scene file of the session, and access to the files that it may refer to; None for a graph without a scene.
-        transport: transport on which the services are created; services whose types it does not know are left out.
-        complain: function called with one warning about services that are left out, and one per service about malformed requests.
+        scene: scene file of the session, and the folders from which its files may be read; None for a graph without a scene.
+        transport: transport on which the services are created; services whose types the transport lacks are left out.
+        complain: called with one warning about left out services, and for each service with one about malformed requests.
         namespace: namespace of the services and the action; `/` is the root namespace.
     """
 
@@ -60,7 +60,7 @@ class SimulationInterfaces:
         self._above = namespace.rstrip("/")
         self._offers = ServiceHost(transport, complain)
         self._features: list[int] = []
-        """SimulatorFeatures codes of the features that the created services provide."""
+        """SimulatorFeatures codes of the created services."""
         missing: list[str] = []
         for name, (answer, features) in self._services(scene).items():
             try:
@@ -78,7 +78,7 @@ class SimulationInterfaces:
             complain(f"services left out because {PACKAGE} is not installed or older than 1.5: {', '.join(missing)}")
 
     def _services(self, scene: tuple[Loaded[SceneSpec], Files] | None) -> Mapping[str, tuple[Answer, Sequence[int]]]:
-        """Return, by service name, the handler of the service and the SimulatorFeatures codes that the service provides."""
+        """Return the handler and the SimulatorFeatures codes of each service, by service name."""
         services: dict[str, tuple[Answer, Sequence[int]]] = {
             "get_simulator_features": (self._get_features, ()),
             "get_simulation_state": (states.get_state, (24,)),
@@ -105,7 +105,7 @@ class SimulationInterfaces:
         return {**services, **of_scenes, **dict.fromkeys(left_out, (_refuse, ()))}
 
     def _get_features(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer GetSimulatorFeatures with the features, the formats of resources and the version."""
+        """Answer GetSimulatorFeatures with the features, the resource formats and the version."""
         response.features.features = np.array(sorted(self._features), np.uint16)
         response.features.spawn_formats = list(FORMATS) if _SPAWNING in self._features else []
         response.features.custom_info = f"graphengine {__version__}; a step is a tick of {session.clock.delta:g} s"
@@ -125,7 +125,7 @@ class SimulationInterfaces:
 
 
 def _refuse(session: SessionCore, request: Any, response: Any) -> None:
-    """Reject any request with the result code for unsupported features."""
+    """Reject every request with the result code for unsupported features."""
     raise RefusedError(UNSUPPORTED, "not supported by this simulator, or by a session without a scene")
 
 

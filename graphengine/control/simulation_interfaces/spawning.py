@@ -36,7 +36,7 @@ class Spawning:
         self._scene = scene
 
     def spawn_entity(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer SpawnEntity: add a robot unless it overlaps others; return its name, and a warning if it is in a floor."""
+        """Answer SpawnEntity: add a robot unless it overlaps others; the response has the name, and a warning about floors."""
         name, warning = self._spawn(session, request, request.uri, request.resource_string)
         response.entity_name, response.result.error_message = name, warning
 
@@ -75,7 +75,7 @@ class Spawning:
             response.result.error_message = f"not folders that may be read: {names}"
 
     def get_current_world(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer GetCurrentWorld with name, description and world file of the scene."""
+        """Answer GetCurrentWorld with the name, the description and the world file of the scene."""
         assert self._scene is not None
         spec = self._scene[0].spec
         response.world.name = spec.scene
@@ -83,7 +83,7 @@ class Spawning:
         response.world.world_resource.uri = spec.world
 
     def _spawn(self, session: SessionCore, request: Any, uri: str, text: str) -> tuple[str, str]:
-        """Spawn an entity; return its name and a warning text, which is empty if the entity overlaps no other entity."""
+        """Spawn an entity; return the entity's name and a warning, which is empty if the entity overlaps no other entity."""
         assert self._scene is not None
         scene, files = self._scene
         use = use_of(files, scene.folder, uri, text)
@@ -104,7 +104,7 @@ class Spawning:
 
 
 def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> str:
-    """Return the wanted name, with a number appended if the name is in use and renaming is allowed.
+    """Return the wanted name; if it is in use and renaming is allowed, the name with a number appended.
 
     Raises:
         RefusedError: the name is invalid, missing or in use.
@@ -125,7 +125,7 @@ def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> st
 
 
 def _namespace(wanted: str) -> str | None:
-    """Check a requested namespace and return it; if it is empty, return None, so that the robot file's namespace is used."""
+    """Check and return a requested namespace; None for an empty namespace, so that the robot file determines it."""
     if "{" in wanted:
         raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} is not a ROS 2 namespace")
     return wanted or None

@@ -12,7 +12,7 @@ from graphengine.runtime.session_core import SessionCore
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 _STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED, "failed": PAUSED}
-"""State codes of SimulationState by state of the session. There is no code for `failed`, so it is reported as paused."""
+"""Code in SimulationState of each state of a session; `failed` has no code and is reported as paused."""
 _COMMANDS: dict[int, type[Command]] = {STOPPED: Stop, PLAYING: Play, PAUSED: Pause, QUITTING: Stop}
 _ALREADY, _TRANSITION_FAILED, _INCORRECT_TRANSITION = 101, 102, 103
 _SCOPES: dict[int, Scope] = {1: "time", 2: "state", 4: "spawned"}
@@ -46,14 +46,13 @@ def reset(session: SessionCore, request: Any, response: Any) -> None:
     """Answer ResetSimulation: each bit of the request selects a scope to reset; 0 selects all scopes."""
     wanted = [scope for bit, scope in _SCOPES.items() if request.scope & bit]
     if request.scope and not wanted:
-        raise RefusedError(
-            FAILED, f"unknown scope {request.scope}; legal: 1 (time), 2 (state), 4 (spawned), and their sums"
-        )
+        legal = "legal: 1 (time), 2 (state), 4 (spawned), and their sums"
+        raise RefusedError(FAILED, f"unknown scope {request.scope}; {legal}")
     Reset(scope=tuple(wanted) or ("all",)).apply(session)
 
 
 def step(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer StepSimulation: run a number of ticks of a paused simulation; afterwards it is paused again."""
+    """Answer StepSimulation: run a number of ticks of a paused simulation, which then pauses again."""
     run_steps(session, request.steps)
 
 

@@ -1,1 +1,1 @@
-"""Drives of joints in SI units, the actuators of a MuJoCo model, and the model that has them."""
+"""Drives of joints in SI units, and MuJoCo models with their actuators and keyframes."""

@@ -66,7 +66,8 @@ class Drive:
     overtravel: float = 0.0
     """Distance by which position targets may exceed the joint's range at both ends, rad or m."""
     carries: float = 0.0
-    """Inertia that the robot's mass adds about the axis of a driven wheel, divided by that mass, m2; 0 for other joints."""
+    """Inertia that the robot's mass adds about the axis of a driven wheel, divided by the robot's mass, m2; 0 for other
+    joints."""
     interpolate: bool = False
     """Whether set points move to a new target during a tick and reach it at the end, instead of jumping at the beginning."""
     gravity_compensation: bool = False
@@ -75,7 +76,7 @@ class Drive:
     """Actuators of the MuJoCo model, one per kind of command; None if actuators are created from the gains."""
 
     def servo(self, joint: str, kind: CommandKind) -> Servo | None:
-        """Return the actuator of the compiled model that takes commands of the given kind; None if there is none.
+        """Return the actuator of the compiled model that takes commands of the given kind; None without such an actuator.
 
         Args:
             joint: name of the joint in the compiled model, which begins with the robot's name.
@@ -89,9 +90,9 @@ class Drive:
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
-    """Return the drive of a joint in SI units; None if the robot file gives the joint no drive.
+    """Return the drive of a joint in SI units; None if the joint has no drive in the robot file.
 
-    Lengths and forces in USD are SI, so only angles are converted.
+    USD has lengths and forces in SI units, so only angles are converted.
 
     Args:
         joint: the joint's entry in the robot file.

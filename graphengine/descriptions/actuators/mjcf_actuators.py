@@ -1,7 +1,7 @@
 """Converts the actuators of a MuJoCo model to drives: the kind of command that each takes, and its gains and limits.
 
-An actuator of MuJoCo exerts the force gain * control + bias. The bias determines its kind, regardless of its tag in MJCF: with
-a bias against position, it is a position servo; with a bias against velocity only, a velocity servo; without a bias, a motor.
+An actuator of MuJoCo exerts the force gain * control + bias. The bias, not the tag in MJCF, determines the kind of an actuator:
+a bias against position makes a position servo, a bias against velocity alone a velocity servo, and no bias a motor.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def read_actuators(model: mujoco.MjModel) -> list[Actuator]:
 
 
 def drives_by_joint(actuators: Sequence[Actuator]) -> dict[str, Drive]:
-    """Return the drive of each joint that has actuators, by joint name.
+    """Return a dict from the names of joints that have actuators to their drives.
 
     A joint with several actuators has one servo per kind of command; of two actuators of the same kind, the first is used.
     """
@@ -78,11 +78,10 @@ def _actuator(model: mujoco.MjModel, index: int) -> Actuator:
 def _drive(model: mujoco.MjModel, index: int, gear: float) -> Drive:
     """Return the drive of an actuator. If it is neither servo nor motor, its control signal is treated as an effort."""
     name, gain, (constant, position, velocity) = model.actuator(index).name, *_law(model, index)
-    if not gain or not gear:
+    integrates = model.actuator_dyntype[index] == _DYNAMICS.mjDYN_INTEGRATOR
+    if not gain or not gear or (integrates and position * gain >= 0):
         return Drive(servos=(_ranged(Servo("effort", name), model, index),))
-    if model.actuator_dyntype[index] == _DYNAMICS.mjDYN_INTEGRATOR:
-        if position * gain >= 0:
-            return Drive(servos=(_ranged(Servo("effort", name), model, index),))
+    if integrates:
         servo = Servo("velocity", name, -position * gear / gain)
         return Drive(damping=gear * gear * abs(position), servos=(_ranged(servo, model, index),))
     if position * gain < 0:
@@ -112,7 +111,7 @@ def _law(model: mujoco.MjModel, index: int) -> tuple[float, tuple[float, float, 
 
 
 def _ranged(servo: Servo, model: mujoco.MjModel, index: int) -> Servo:
-    """Return the servo with its commands limited to the actuator's `ctrlrange`, if it has one."""
+    """Return the servo; if the actuator has a `ctrlrange`, the range of its commands is limited accordingly."""
     if not model.actuator_ctrllimited[index]:
         return servo
     ends = [(float(end) - servo.offset) / servo.scale for end in model.actuator_ctrlrange[index]]
@@ -120,7 +119,7 @@ def _ranged(servo: Servo, model: mujoco.MjModel, index: int) -> Servo:
 
 
 def strongest(model: mujoco.MjModel) -> dict[str, float]:
-    """Return effort limits (N m or N) by joint name; a joint without a limit is absent.
+    """Return a dict from joint names to effort limits, N m or N; it lacks joints without a limit.
 
     The limit is the largest limit of the joint's actuators, but at most the joint's own limit (`actuatorfrcrange`).
     """

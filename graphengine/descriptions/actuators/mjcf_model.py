@@ -45,7 +45,7 @@ class MjcfModel:
 
 
 def read_keyframes(spec: mujoco.MjSpec, model: mujoco.MjModel) -> dict[str, Keyframe]:
-    """Return the keyframes of a model by name; a keyframe without a name is called `key_INDEX`.
+    """Return a dict from names to the keyframes of a model; a keyframe without a name gets the name `key_INDEX`.
 
     Args:
         spec: model that contains the keyframes.

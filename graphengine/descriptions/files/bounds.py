@@ -1,7 +1,7 @@
 """Limits the size of worlds and robots, because a few words of MJCF can request a billion copies, texels or samples from MuJoCo.
 
-The size is an estimate of the memory that loading takes, from the attributes of elements and the headers of files, before
-anything is decoded. The factors were measured: the peak memory of a process that parses, copies and compiles a model.
+The size is an estimate of the memory that loading takes, from the attributes of elements and the headers of files; nothing is
+decoded. The factors were measured: the peak memory of a process that parses, copies and compiles a model.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ _SAMPLE, _INLINE_SAMPLE = 10, 20
 _TRIANGLE = 1000
 """Bytes for a triangle of a mesh, or for a vertex if there are more vertices: normals, bounding volumes, convex hull."""
 _HULL = 1.6
-"""Factor for points with few or no triangles, all of which may be corners of the convex hull."""
+"""Factor for the vertices of a mesh with few or no triangles: all of them may be corners of the convex hull."""
 _KEY = 300
 """Bytes for a joint in a keyframe."""
 _USER = 8
-"""Bytes for a character of the longest `user` attribute, because all elements of a kind get as many values as one has."""
+"""Bytes for a character of the longest `user` attribute, for each element: all elements get as many values as this one."""
 PAIR = 5000
 """Bytes for a pair of links whose contacts are excluded; 300 000 pairs take two seconds."""
 _EACH = (
@@ -80,8 +80,8 @@ def weigh(
         before: memory that is already taken, bytes.
 
     Returns:
-        The memory in bytes, including `before`, and None; or the memory so far, and the element at which it exceeds
-        `MAX_MEMORY`.
+        The memory in bytes, including `before`, and None; if it exceeds `MAX_MEMORY`, the memory up to the first element at which
+        it does, and this element.
     """
     total, joints, keys, elements, users = before, 0.0, 0.0, 0.0, 0
     sizes: dict[tuple[str, str], float] = {}
@@ -134,7 +134,7 @@ def _faces(texture: Element) -> float:
 
 
 def _mesh_size(data: bytes) -> float:
-    """Return the number of triangles or of vertices of a mesh in STL, MSH or OBJ, whichever is larger; points count more."""
+    """Return the larger of the numbers of triangles and vertices of a mesh in STL, MSH or OBJ; bare points count more."""
     if len(data) >= _STL_HEADER:
         triangles = int.from_bytes(data[80:_STL_HEADER], "little")
         if len(data) == _STL_HEADER + _STL_TRIANGLE * triangles:
@@ -148,7 +148,7 @@ def _mesh_size(data: bytes) -> float:
 
 
 def _obj_size(data: bytes) -> int:
-    """Return an upper estimate of the size of an OBJ file, from its numbers of lines of each kind and of spaces."""
+    """Return an upper estimate of `_mesh_size` of an OBJ file, from the numbers of its lines of each kind and of its spaces."""
     kept = data.translate(None, _NOT_COUNTED)
     faces, vertices, normals, coordinates = (
         sum(kept.count(end + tag + gap) for end in (b"\n", b"\r") for gap in (b" ", b"\t"))
@@ -160,7 +160,7 @@ def _obj_size(data: bytes) -> int:
 
 def _asked(element: Element) -> float:
     asked = sum(weight * _product(element, names) for tag, weight, names in _COSTS if tag == element.tag)
-    if element.tag == "mesh":  # a made one has that many vertices along each of its sides
+    if element.tag == "mesh":  # a generated mesh has that many vertices along each of its sides
         asked += _TRIANGLE * max(map(abs, _sizes(element.get("params"))), default=0.0) ** 2
         asked += _TRIANGLE * element.get("vertex").count(" ") / 3
     if element.tag == "texture" and element.get("type", "cube") != "2d":  # six squares

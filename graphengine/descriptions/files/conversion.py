@@ -56,7 +56,7 @@ class Converted:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """The first line of an answer: why the file cannot be read, or length in bytes and colour of each converted file."""
+    """The first line of an answer: the reason why the file cannot be read, or (bytes, colour) of each converted file."""
 
     failure: str
     files: list[tuple[int, meshes.Colour | None]]
@@ -86,24 +86,22 @@ def _answers(answer: bytes) -> Iterator[list[Converted] | meshes.MeshError]:
     stream = io.BytesIO(answer)
     while len(head := stream.read(8)) == 8:
         length = int.from_bytes(head, "little")
-        if len(told := stream.read(length)) < length:
+        if len(text := stream.read(length)) < length:
             return
-        yield _answer(io.BytesIO(told))
+        yield _answer(io.BytesIO(text))
 
 
-def _answer(told: io.BytesIO) -> list[Converted] | meshes.MeshError:
+def _answer(stream: io.BytesIO) -> list[Converted] | meshes.MeshError:
     try:
-        head = read(told.readline(), _Head, MAX_HEAD_BYTES)
+        head = read(stream.readline(), _Head, MAX_HEAD_BYTES)
         if head.failure:
             return meshes.MeshError(head.failure[:MAX_REASON])
-        return [Converted(told.read(length), colour) for length, colour in head.files]
+        return [Converted(stream.read(length), colour) for length, colour in head.files]
     except (ProcessError, OverflowError):
         return meshes.MeshError("the process that reads the file sends a malformed answer")
 
 
-@lru_cache(maxsize=1)  # the next file may be the same file, as a visual instead of a collider
-def _parts(data: bytes, suffix: str) -> list[meshes.Part]:
-    return meshes.convert(data, suffix)
+_parts = lru_cache(maxsize=1)(meshes.convert)  # the next file may be the same file, as a visual instead of a collider
 
 
 def _converted(data: bytes, suffix: str, *, visual: bool) -> bytes:
@@ -125,8 +123,8 @@ def main() -> None:
     sys.meta_path.clear()  # further imports fail, as if the modules were not installed
     confine(Files(()), TIERS["mesh"])
     for suffix, visual, length in wanted:
-        told = _converted(sys.stdin.buffer.read(length), suffix, visual=visual)
-        sys.stdout.buffer.write(len(told).to_bytes(8, "little") + told)
+        answer = _converted(sys.stdin.buffer.read(length), suffix, visual=visual)
+        sys.stdout.buffer.write(len(answer).to_bytes(8, "little") + answer)
         sys.stdout.buffer.flush()
 
 

@@ -13,9 +13,9 @@ from graphengine.descriptions.files import meshes
 THICKNESS = 0.001
 """Thickness of the plate that replaces a flat mesh, m."""
 _FARTHEST = 1e12
-"""Largest coordinate of a vertex that is examined, m; larger ones are mistakes, which MuJoCo reports."""
+"""Largest coordinate of a vertex in an examined mesh, m; MuJoCo reports larger coordinates as mistakes."""
 _FLAT = 1e-6
-"""Largest standard deviation of the vertices of a flat mesh across its plane, as a fraction of that along it."""
+"""Largest ratio of the standard deviation of a flat mesh's vertices across its plane to the deviation along its plane."""
 
 
 def is_flat(data: bytes, suffix: str) -> bool:

@@ -21,7 +21,7 @@ class MeshFile:
 
 @dataclass(frozen=True, slots=True)
 class LoadedMesh:
-    """The result of loading a mesh file: the meshes that MuJoCo can read, or the reason `why` there are none."""
+    """The result of loading a mesh file: the meshes that MuJoCo can read, or in `why` the reason why there are none."""
 
     outcome: Outcome
     files: list[MeshFile]

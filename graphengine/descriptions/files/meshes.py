@@ -42,11 +42,11 @@ MAX_NODES = 100_000
 """Maximum number of nodes of a COLLADA or glTF file."""
 
 _ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
-"""Encodings that COLLADA files declare in practice. They are loaded beforehand, because later imports fail."""
+"""Encodings that COLLADA files declare in practice. `prepare` loads them, because later imports fail."""
 _LFS = b"version https://git-lfs"
-"""Beginning of a file that Git LFS leaves in place of a large file which it has not fetched."""
+"""Beginning of a file that stands for a large file until Git LFS fetches the large file."""
 _IMAGES = {".dae": b"<texture", ".glb": b'"images"'}
-"""Text in each mesh file of a format whose materials use images, by suffix."""
+"""Text that is in a mesh file if its materials use images, by suffix of the format."""
 _LEAST_VERTICES = 4
 """Minimum number of vertices that MuJoCo requires of a mesh."""
 _STL_HEADER = 84
@@ -76,7 +76,7 @@ class Part:
 
 
 def has_textures(data: bytes, suffix: str) -> bool:
-    """Return whether a mesh file names images; conversion loses them, and keeps plain colours."""
+    """Return whether a mesh file names images; its conversion keeps only plain colours."""
     return suffix in _IMAGES and _IMAGES[suffix] in data
 
 
@@ -91,7 +91,7 @@ def needs_conversion(data: bytes, suffix: str) -> bool:
 
 
 def _binary_triangles(data: bytes) -> int:
-    """Return the number of triangles of a binary STL file; -1 for other files, whose length does not match the number."""
+    """Return the number of triangles of a binary STL file; -1 if the length of the file does not match the number."""
     triangles = int.from_bytes(data[80:_STL_HEADER], "little")
     return triangles if len(data) == _STL_HEADER + _STL_TRIANGLE.itemsize * triangles else -1
 
@@ -119,9 +119,8 @@ def convert(data: bytes, suffix: str) -> list[Part]:
     if len(data) > MAX_CONVERTED_BYTES:
         raise MeshError(f"files of more than {MAX_CONVERTED_BYTES // 1_000_000} MB are not converted")
     if data.startswith(_LFS):
-        raise MeshError(
-            "the file is a pointer of Git LFS, not the mesh; `git lfs pull` in its repository gets the mesh"
-        )
+        remedy = "`git lfs pull` in its repository gets the mesh"
+        raise MeshError(f"the file is a pointer of Git LFS, not the mesh; {remedy}")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # pycollada uses numpy.matrix
         try:
@@ -228,8 +227,7 @@ def _document(data: bytes) -> Any:
 def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
     """Yield each geometry of a scene, transformed to the scene's frame, and whether the transform mirrors it.
 
-    Mirroring reverses the orientation of triangles. The order is depth first. A node may be used several times; each use counts
-    towards the limit `MAX_NODES`.
+    Mirroring reverses the orientation of triangles. The order is depth first. Each use of a node counts towards `MAX_NODES`.
     """
     from collada.scene import GeometryNode, Node
 

@@ -1,4 +1,4 @@
-"""Reports files to which a world or robot description refers and that do not exist; those of one folder share one error."""
+"""Reports missing files to which a world or robot description refers, with one error for each folder."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class MissingFile:
         element: element of the description with the reference.
         attribute: name of the attribute that is the reference.
         places: paths at which the file was looked up; none for an unsupported scheme.
-        packages: packages in which references are looked up; None for references to files beside the description only.
+        packages: packages in which the reference was looked up; None for a reference that cannot name a package.
     """
 
     element: Element
@@ -35,7 +35,7 @@ class MissingFile:
 
 
 def report_missing(missing: Sequence[MissingFile], findings: Findings) -> None:
-    """Add an error for each folder from which files are missing, at the first reference to one of them."""
+    """Add an error for each folder with missing files, at the first reference to such a file."""
     folders: dict[tuple[Path, ...], list[MissingFile]] = {}
     for each in missing:
         folders.setdefault(tuple(place.parent for place in each.places), []).append(each)

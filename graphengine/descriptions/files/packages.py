@@ -1,7 +1,7 @@
 """Finds the files to which a description refers: by relative path, in a ROS package, or by absolute path.
 
-A package is a folder that has the package's name, or whose `package.xml` contains the name. It is looked up in this order: in
-the folders that contain the description (usually the package itself), in the `package_paths` of the robot file, and in the
+A package is a folder that has the package's name, or whose `package.xml` contains the name. Packages are looked up in this
+order: in the folders around the description (usually the package itself), in the `package_paths` of the robot file, and in the
 folders that the user allows.
 """
 
@@ -45,7 +45,7 @@ class Packages:
         self._found: dict[str, Path | None] = {}
 
     def find(self, name: str) -> Path | None:
-        """Return the folder of a package; None if it is not found. Of several, the first that may be read is preferred."""
+        """Return the folder of a package: the first found that may be read, else the first found, else None."""
         if name not in self._found:
             found = (folder for folder in self._candidates(name) if self._is(folder, name))
             first = next(found, None)
@@ -56,8 +56,8 @@ class Packages:
     def places(self, reference: str) -> list[Path]:
         """Return the paths at which the file of a reference may be, most likely first; none for an unsupported scheme.
 
-        If the package of a reference is not found, each folder that contains the description is tried as the package, because a
-        package without a manifest may be in a folder with another name. Folders that have a manifest are skipped.
+        If the package of a reference is not found, each folder that contains the description, but no manifest, is tried as the
+        package, because a package without a manifest may be in a folder with another name.
         """
         if reference.startswith("file://"):
             return [self.folder / unquote(reference.removeprefix("file://"))]
@@ -73,7 +73,7 @@ class Packages:
     def reference(self, text: str, folder: Path) -> str:
         """Return a reference for the absolute path of a file: `package://`, or a path relative to `folder` outside of packages.
 
-        Any other text is returned unchanged, and so is the path of a file that may not be read.
+        Other texts, and paths of files that may not be read, are returned unchanged.
         """
         path = Path(text)
         if not text.startswith("/") or not self.files.may_read(path) or not path.is_file():
@@ -90,7 +90,7 @@ class Packages:
         return list(told.values())
 
     def lacks(self, name: str) -> list[str]:
-        """Return the lines of the message for a missing package: first what is wrong, then remedies."""
+        """Return the lines of the message for a missing package: the error, then remedies."""
         searched = listing(self.searched(), "looked in")
         return [f"no package {name!r}", *filter(None, (did_you_mean(name, self.known()), searched, REMEDY))]
 
@@ -99,15 +99,11 @@ class Packages:
         return sorted({name for path in self.paths for folder in _below(path) if (name := self._name_of(folder))})
 
     def _candidates(self, name: str) -> Iterator[Path]:
-        for folder in (self.folder, *self.folder.resolve().parents):
-            yield folder
-            yield folder / name
-            yield folder / MODELS / name
-        for path in self.paths:  # the usual layout first: a large tree takes a while
+        for path in (self.folder, *self.folder.resolve().parents, *self.paths):
             yield path
             yield path / name
             yield path / MODELS / name
-        for path in self.paths:
+        for path in self.paths:  # after the usual layout, because the search of a large tree takes a while
             yield from _below(path)
 
     def _is(self, folder: Path, name: str) -> bool:

@@ -31,7 +31,7 @@ MAX_FILES_BYTES = 500_000_000
 """Maximum size of all files together to which a scene refers, bytes."""
 
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
-"""Attribute of <compiler> that names the folder of an element's files, by tag; `assetdir` sets both attributes."""
+"""For each tag: the attribute of <compiler> that names the folder of an element's files; `assetdir` sets both attributes."""
 _CODE = ("plugin", "extension")
 """Tags of elements that make MuJoCo execute plugins."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
@@ -42,9 +42,9 @@ class _UnreadableError(Exception):
 
 
 class Library:
-    """The contents of the files of a scene, by the keys that replace file names in the XML for MuJoCo.
+    """The contents of the files of a scene: MJCF files in `models`, all others in `assets`.
 
-    `models` holds MJCF files, `assets` all other files.
+    The contents have keys, which replace the file names in the XML for MuJoCo.
 
     Args:
         files: decides which files may be read, and records them.
@@ -63,15 +63,15 @@ class Library:
         self._textured: set[MeshKind] = set()
         """Meshes whose files use images."""
         self._plates: dict[tuple[str, str], str] = {}
-        """Key of the mesh for a collider, by key and scale of its file: the same key, that of a plate, or empty for a line."""
+        """Key of the mesh to use for a collider's file and scale: the file's own key, a plate's key, or empty for a line."""
         self.memory = 0.0
         """Estimated memory (see `bounds`) of the world and the robots in use, bytes."""
         self._read_bytes = 0
-        """Size of all files read so far."""
+        """Size of all files that were read, bytes."""
         self._heaviest = 0.0
         """Estimated memory of the largest model that may be attached, bytes."""
         self._missing: list[MissingFile] = []
-        """References to files that do not exist and are not reported yet."""
+        """Unreported references to missing files."""
         self.outcomes: dict[str, Outcome] = {}
         """Result of loading each mesh of the descriptions, by reference."""
 
@@ -101,7 +101,7 @@ class Library:
         return list(dict.fromkeys([*self._included_files, *self._keys]))
 
     def is_shipped(self, world: Path) -> bool:
-        """Return whether a world and all files read so far ship with this package; a file of a user may hide one of these."""
+        """Return whether a world and all files that were read ship with this package; a user's file may replace a shipped one."""
         folder = shipped()
         return all(path.is_relative_to(folder) for path in (world.resolve(), *self.read_files()))
 
@@ -110,7 +110,7 @@ class Library:
         return next((path for path, known in self._keys.items() if known == key), None)
 
     def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
-        """Load the meshes of a URDF description; return the mesh files that MuJoCo can read, by `mesh` element.
+        """Load the meshes of a URDF description; return the mesh files that MuJoCo can read, for each `mesh` element.
 
         A converted visual mesh may have several files, one per colour. An unreadable visual mesh is left out with a note; an
         unreadable collider and a missing file are errors.
@@ -154,16 +154,14 @@ class Library:
         use = file.key, element.get("scale", "1 1 1")
         if use not in self._plates:
             data = self.assets[file.key]
-            flat = file.key.endswith(".msh") and is_flat(data, ".msh")
-            plate = thickened(data, numbers(use[1], 3) or ()) if flat else None
+            thin = file.key.endswith(".msh") and is_flat(data, ".msh")
+            plate = thickened(data, numbers(use[1], 3) or ()) if thin else None
             key = self.keep(f"{Path(file.key).stem}_plate.msh", plate) if plate is not None else ""
-            self._plates[use] = key if flat else file.key
+            self._plates[use] = key if thin else file.key
         key = self._plates[use]
         if key != file.key:
-            became = (
-                f"is flat: a plate of {THICKNESS * 1000:g} mm replaces it" if key else "has no area and is left out"
-            )
-            text = f"the collider {element.get('filename')!r} {became}"
+            flat = f"is flat: a plate of {THICKNESS * 1000:g} mm replaces it"
+            text = f"the collider {element.get('filename')!r} {flat if key else 'has no area and is left out'}"
             self.findings.add("N103", text, element.place("filename"))
         return [MeshFile(key)] if key else []
 
@@ -198,13 +196,12 @@ class Library:
         if kind.path in self._keys:
             return self.assets[self._keys[kind.path]]
         if kind.suffix not in meshes.READABLE:
-            raise _UnreadableError(
-                f"meshes of the format {kind.suffix!r} are not supported; {listing(meshes.READABLE)}"
-            )
+            legal = listing(meshes.READABLE)
+            raise _UnreadableError(f"meshes of the format {kind.suffix!r} are not supported; {legal}")
         return self._content(kind.path)
 
     def weigh(self, root: Element, *, nested: bool = False) -> bool:
-        """Add the estimated memory of a model to `memory`; return False after an error, that it exceeds the limit.
+        """Add the estimated memory of a model to `memory`. If the sum exceeds the limit, add an error and return False.
 
         Args:
             root: root element of MJCF, in which keys replace file names.
@@ -220,7 +217,7 @@ class Library:
         return culprit is None
 
     def add_memory(self, parts: Iterable[tuple[Element, float]], code: str) -> bool:
-        """Add the memory of a robot to `memory`; return False after an error, that it exceeds the limit.
+        """Add the memory of a robot to `memory`. If the sum exceeds the limit, add an error and return False.
 
         Args:
             parts: elements of the robot's description, and the estimated memory of each, bytes.
@@ -271,8 +268,8 @@ class Library:
         Args:
             element: element whose children are searched.
             folder: folder of the file that contains the element.
-            seen: resolved paths of the files so far; included files are appended.
-            main: folder of the main file, in which included files are looked up next.
+            seen: resolved paths of the files that were read; included files are appended.
+            main: folder of the main file; included files are looked up there if `folder` does not have them.
             depth: depth of the element, 1 for the root.
         """
         if depth > MAX_DEPTH:
@@ -304,46 +301,37 @@ class Library:
         return root.children
 
     def _asset(self, element: Element, attribute: str, main: Path, folders: dict[str, str], nested: list[Path]) -> None:
+        """Read the file that an attribute names, and replace the name by the file's key in `models` or `assets`."""
         reference = element.get(attribute)
         if not reference:
             del element.attributes[attribute]
             return
-        if element.tag == "model":
-            self._submodel(element, attribute, reference, main, nested)
-            return
-        folder = main / folders.get(_FOLDERS.get(element.tag, ""), "")
         if element.tag in _NAMED_BY_FILE:
             element.attributes.setdefault("name", Path(reference).stem)
-        self._take(element, attribute, folder / reference)
+        folder = main / folders.get(_FOLDERS.get(element.tag, ""), "")
+        path = self._find(element, attribute, [folder / reference], "S102")
+        try:
+            if path is not None and element.tag == "model":
+                self._add_model(path, nested)
+            elif path is not None and path.resolve() not in self._keys:
+                self._keys[path.resolve()] = self.keep(path.name, self._content(path.resolve()))
+        except _UnreadableError as error:
+            self.findings.add("S102", f"{reference!r}: {error}", element.place(attribute))
+        if path is not None:
+            element.attributes[attribute] = self._keys.get(path.resolve(), "")
 
-    def _submodel(self, element: Element, attribute: str, reference: str, main: Path, nested: list[Path]) -> None:
-        path = self._find(element, attribute, [main / reference], "S102")
-        if path is None:
-            return
+    def _add_model(self, path: Path, nested: list[Path]) -> None:
+        """Add an MJCF file to `models`, unless it has errors.
+
+        Raises:
+            _UnreadableError: the file is one of the files `nested` around it.
+        """
         resolved = path.resolve()
         if resolved in nested:
-            self.findings.add("S102", f"the model {reference!r} contains itself", element.place(attribute))
-            return
+            raise _UnreadableError("the model contains itself")
         if resolved not in self._keys and (root := self._model(path, nested)) is not None:
             self._keys[resolved] = f"model{len(self.models)}.xml"
             self.models[self._keys[resolved]] = write(root)[0].encode()
-        element.attributes[attribute] = self._keys.get(resolved, "")
-
-    def _take(self, element: Element, attribute: str, place: Path) -> None:
-        """Read the file that an attribute names, and replace the name by the file's key in `assets`."""
-        reference = element.get(attribute)
-        path = self._find(element, attribute, [place], "S102")
-        if path is None:
-            return
-        resolved = path.resolve()
-        if resolved not in self._keys:
-            try:
-                data = self._content(resolved)
-            except _UnreadableError as error:
-                self.findings.add("S102", f"{reference!r}: {error}", element.place(attribute))
-                return
-            self._keys[resolved] = self.keep(path.name, data)
-        element.attributes[attribute] = self._keys[resolved]
 
     def keep(self, name: str, data: bytes) -> str:
         """Add an asset and return its key, which keeps the suffix of the name, because MuJoCo infers the format from it."""
@@ -366,7 +354,8 @@ class Library:
             raise _UnreadableError(f"the file is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         self._read_bytes += len(data)
         if self._read_bytes > MAX_FILES_BYTES:
-            raise _UnreadableError(f"with it the files of the scene are larger than {MAX_FILES_BYTES // 1_000_000} MB")
+            limit = MAX_FILES_BYTES // 1_000_000
+            raise _UnreadableError(f"with this file, the files of the scene are larger than {limit} MB")
         return data
 
     def _find(

@@ -1,7 +1,7 @@
 """Parses XML of limited size and depth, and keeps the source location of each element.
 
-Robot descriptions and worlds are parsed by this module first. MuJoCo receives only the output of `write`, so that no entity or
-encoding of an untrusted file reaches its parser.
+This module parses robot descriptions and worlds first. MuJoCo receives only the output of `write`; no entity or encoding of an
+untrusted file reaches the parser of MuJoCo.
 """
 
 from __future__ import annotations
@@ -47,6 +47,11 @@ class Element:
     def all(self, tag: str) -> list[Element]:
         """Return all children with the given tag."""
         return [child for child in self.children if child.tag == tag]
+
+    def at(self, tag: str, attribute: str, default: str = "") -> str:
+        """Return an attribute of the first child with a tag; `default` if the child or the attribute is missing."""
+        child = self.first(tag)
+        return child.get(attribute, default) if child is not None else default
 
     def walk(self) -> Iterator[Element]:
         """Yield the element itself, then all elements below it, in order of the file."""
@@ -165,7 +170,7 @@ class _TreeBuilder:
 
 
 def document_text(root: Element) -> str:
-    """Return the text of an XML document."""
+    """Return an XML document with the given root element as text."""
     return f'<?xml version="1.0"?>\n{write(root)[0]}\n'
 
 
@@ -195,7 +200,7 @@ def write(root: Element) -> tuple[str, list[Span]]:
 
 
 def numbers(text: str, count: int) -> tuple[float, ...] | None:
-    """Return the `count` finite numbers that a text consists of, separated by spaces; None if it contains anything else."""
+    """Return the numbers of a text that consists of `count` finite numbers separated by spaces; None for any other text."""
     if "_" in text or not text.isascii():  # Python reads `1_0` and the digits of all scripts
         return None
     try:
@@ -206,7 +211,7 @@ def numbers(text: str, count: int) -> tuple[float, ...] | None:
 
 
 def number(text: str) -> float | None:
-    """Return the finite number that a text consists of; None if the text is anything else."""
+    """Return the value of a text that is one finite number; None for any other text."""
     values = numbers(text, 1)
     return values[0] if values is not None else None
 
@@ -218,7 +223,7 @@ _NAME = re.compile(r"Element name '([^']+)'")
 def mujoco_says(error: Exception) -> tuple[str, str, int]:
     """Split an error of MuJoCo into its message, the name of the element concerned, and the line in the parsed text.
 
-    The name is empty, and the line 0, if MuJoCo does not say them.
+    If the error does not contain them, the name is empty and the line is 0.
     """
     text = str(error)
     sentence = text.split("\n")[0].removeprefix("XML Error: ").removeprefix("Error: ")

@@ -1,7 +1,7 @@
 """Reads a MuJoCo model (MJCF) as the description of a robot.
 
-Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to plain data, like
-those of any other description, so that code outside physics does not depend on the format of the description.
+Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to plain data, as
+for all formats; code outside physics does not depend on the format of the description.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from graphengine.descriptions.mjcf.mjcf_trial import MAX_MEMORY_BYTES, reason_ag
 from graphengine.descriptions.robot_description import WORLD, RobotDescription
 from graphengine.descriptions.urdf.urdf_reader import check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
+from graphengine.devices.rotation import Vector3, vector
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
 from graphengine.sandbox.confinement import MAX_CPU_SECONDS
@@ -130,17 +131,16 @@ def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:
     return True
 
 
-def _meshes(spec: mujoco.MjSpec, library: Library) -> Iterator[tuple[str, tuple[str, tuple[float, float, float]]]]:
+def _meshes(spec: mujoco.MjSpec, library: Library) -> Iterator[tuple[str, tuple[str, Vector3]]]:
     """Yield (name, (URI of the file, scale)) of each mesh that was read from a file."""
     for mesh in spec.meshes:
         source = library.source(mesh.file)
         if source is not None:
-            x, y, z = mesh.scale.tolist()
-            yield mesh.name, (source.as_uri(), (x, y, z))
+            yield mesh.name, (source.as_uri(), vector(mesh.scale))
 
 
 def _places(root: Element) -> dict[str, Span]:
-    """Return the source location of the first body, joint, site or camera with each name, by name."""
+    """Return a dict from names to the source location of the first body, joint, site or camera with this name."""
     found: dict[str, Span] = {WORLD: root.span}
     for element in root.walk():
         if element.tag in ("body", "joint", "freejoint", "site", "camera") and "name" in element.attributes:

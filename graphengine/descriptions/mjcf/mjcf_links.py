@@ -14,17 +14,7 @@ from graphengine.descriptions.engine import collides, mujoco
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.robot_description import WORLD, Bounds, Inertial, Joint, Link, Mimic
 from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.devices.rotation import (
-    IDENTITY,
-    NOWHERE,
-    ORIGIN,
-    Pose,
-    Vector3,
-    compose,
-    pose_of,
-    relative,
-    vector,
-)
+from graphengine.devices.rotation import IDENTITY, NOWHERE, ORIGIN, Pose, Vector3, compose, pose_of, relative, vector
 from graphengine.format.diagnostics import Span
 
 _JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
@@ -38,17 +28,13 @@ class MjcfLinks:
 
     Args:
         model: compiled model that contains only the robot; all its bodies and joints have names.
-        meshes: URI of the file, and scale, by mesh name.
-        places: source locations of bodies, joints, sites and cameras, by name.
-        span: source location of the model, for everything that is not in `places`.
+        meshes: a dict from names of meshes to the URI of the file and the scale.
+        places: a dict from names to source locations of bodies, joints, sites and cameras.
+        span: source location of the model, for all parts of it that are not in `places`.
     """
 
     def __init__(
-        self,
-        model: mujoco.MjModel,
-        meshes: Mapping[str, tuple[str, Vector3]],
-        places: Mapping[str, Span],
-        span: Span,
+        self, model: mujoco.MjModel, meshes: Mapping[str, tuple[str, Vector3]], places: Mapping[str, Span], span: Span
     ) -> None:
         self.model = model
         self.meshes = meshes
@@ -71,12 +57,9 @@ class MjcfLinks:
                 self._add_link(link, link, self._inertial(body), self._shapes(link, body))
             if body > 0 and link != self.root:
                 self._fasten(body)
-        for site in range(model.nsite):
-            pose = pose_of(model.site_pos[site], model.site_quat[site])
-            self._frame(model.site(site).name, "site", int(model.site_bodyid[site]), pose)
-        for camera in range(model.ncam):
-            pose = pose_of(model.cam_pos[camera], model.cam_quat[camera])
-            self._frame(model.camera(camera).name, "camera", int(model.cam_bodyid[camera]), pose)
+        for kind, get, count in (("site", model.site, model.nsite), ("camera", model.camera, model.ncam)):
+            for frame in map(get, range(count)):
+                self._frame(frame.name, kind, int(frame.bodyid[0]), pose_of(frame.pos, frame.quat))
         for equality in range(model.neq):
             self._mimic(equality)
 
@@ -87,7 +70,7 @@ class MjcfLinks:
     # Links
 
     def _add_link(self, name: str, place: str, inertial: Inertial | None = None, shapes: Sequence[Shape] = ()) -> None:
-        """Add a link; `place` is the name of the part of the model that it stands for."""
+        """Add a link; `place` is the name of the body, joint, site or camera from which the link is made."""
         span = self.places.get(place, self.span)
         self.links[name] = Link(name, Element("link", {"name": name}, span), inertial, shapes)
 
@@ -126,16 +109,15 @@ class MjcfLinks:
         if kind == _GEOM.mjGEOM_ELLIPSOID and size[0] == size[1]:  # a wheel
             return Cylinder(size[0], 2 * size[2]), pose
         if kind == _GEOM.mjGEOM_BOX or kind == _GEOM.mjGEOM_ELLIPSOID:
-            return Box((2 * size[0], 2 * size[1], 2 * size[2])), pose
+            return Box(vector(2 * model.geom_size[geom])), pose
         mesh = int(model.geom_dataid[geom])
         if kind == _GEOM.mjGEOM_MESH and (file := self.meshes.get(model.mesh(mesh).name)) is not None:
             reference, scale = file
             moved = pose_of(model.mesh_pos[mesh], model.mesh_quat[mesh])  # MuJoCo centres meshes
             element = Element("mesh", {"filename": reference}, span)
             return Mesh(reference, scale, element), compose(pose, relative(moved, NOWHERE))
-        centre, (x, y, z) = model.geom_aabb[geom].reshape(2, 3).tolist()
-        middle = compose(pose, ((centre[0], centre[1], centre[2]), IDENTITY))
-        return Box((2 * x, 2 * y, 2 * z)), middle
+        centre, half = model.geom_aabb[geom].reshape(2, 3)
+        return Box(vector(2 * half)), compose(pose, (vector(centre), IDENTITY))
 
     def _frame(self, name: str, kind: str, body: int, pose: Pose) -> None:
         """Add a link without mass and shapes, and a fixed joint, for a site or camera that has a name."""
@@ -148,7 +130,7 @@ class MjcfLinks:
     # Joints
 
     def _fasten(self, body: int) -> None:
-        """Connect the link of a body to its parent: by a chain of its joints with empty links between, or by a fixed joint."""
+        """Connect the link of a body to its parent by the body's joints, with empty links between them, or by a fixed joint."""
         model, name = self.model, self.model.body(body).name
         above = model.body(int(model.body_parentid[body])).name
         pose = pose_of(model.body_pos[body], model.body_quat[body])
@@ -158,9 +140,9 @@ class MjcfLinks:
             if model.jnt_type[joint] in FLOATING:
                 self._join(jointed, "floating", above, name, pose)
                 return
-            anchor = model.jnt_pos[joint].tolist()
+            anchor = vector(model.jnt_pos[joint])
             below = name if last and not any(anchor) else self._unused(f"{jointed}_frame", self._names)
-            origin = compose(compose(pose, ((anchor[0], anchor[1], anchor[2]), IDENTITY)), self._reference(joint))
+            origin = compose(compose(pose, (anchor, IDENTITY)), self._reference(joint))
             if below != name:
                 self._add_link(below, jointed)
             self._join(jointed, self._type(joint), above, below, origin, joint)
@@ -197,7 +179,7 @@ class MjcfLinks:
         self.links[child].carrier = made
 
     def _mimic(self, equality: int) -> None:
-        """Make a joint mimic another by an equality constraint, if it is active, linear and closes no cycle."""
+        """Make a joint mimic another if an equality constraint is active and linear, and closes no cycle of mimic joints."""
         model = self.model
         if model.eq_type[equality] != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[equality]:
             return

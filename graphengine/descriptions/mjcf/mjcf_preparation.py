@@ -10,8 +10,8 @@ from graphengine.descriptions.engine import all_bodies, mujoco
 def prepare(spec: mujoco.MjSpec) -> None:
     """Prepare a model for compilation as a robot: name all bodies, joints and actuators, and keep MuJoCo from merging bodies.
 
-    A joint is named after the body that it moves, an actuator after its joint, tendon, site or body. The options become those
-    of a scene with the default rates, because the compiler uses them to simulate muscles.
+    A joint is named after the body that it moves, an actuator after its joint, tendon, site or body. The model gets the options
+    of a scene with the default rates, because the compiler simulates muscles with these options.
     """
     name_bodies(spec)
     _name(spec.joints, [f"{joint.parent.name}_joint" for joint in spec.joints])

@@ -28,7 +28,7 @@ MAX_MEMORY_BYTES = 3 << 30
 _MODULE = "graphengine.descriptions.mjcf.mjcf_trial"  # which is called __main__ in the process
 _STEPS = 2
 MAX_PLAIN_MEMORY = 60_000_000
-"""Maximum estimated memory of a model that is not first tested in another process, bytes: e.g. 4000 elements."""
+"""Maximum estimated memory of a model that is compiled without a test in another process, bytes: e.g. 4000 elements."""
 _PLAIN = re.compile(
     "mujoco|compiler|option|flag|statistic|visual|global|quality|headlight|map|scale|rgba|default|asset|texture|material|"
     "layer|worldbody|body|frame|inertial|freejoint|joint|geom|site|light|camera|custom|numeric"
@@ -37,7 +37,7 @@ _PLAIN = re.compile(
 _PLAIN_TEXT = re.compile("[^%]{0,1000}")
 """Matches values of attributes that are safe to compile: MuJoCo uses the name of an unknown class as a format of C's printf."""
 _JOINT = 300_000
-"""Bytes that a joint counts here in addition, because the time for contacts and for chains of joints grows with their square."""
+"""Bytes added for each joint, because the time for contacts and chains grows with the square of the number of joints."""
 _QUOTED = re.compile(r'"([^"]*)"')
 _passed: set[str] = set()
 """SHA-256 digests of the requests that the confined process completed; they are not sent again."""
@@ -70,7 +70,7 @@ def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, 
 
 
 def is_plain(root: Element, memory: float) -> bool:
-    """Return whether a model needs no rehearsal: it is small, and has only elements that MuJoCo compiles at once.
+    """Return whether a model needs no test in another process: it is small, and all its elements compile quickly.
 
     Args:
         root: root element of the model; its file names are keys of the library.

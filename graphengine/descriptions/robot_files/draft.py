@@ -1,4 +1,4 @@
-"""Data model of a robot file that will be written, with remarks on values that were carried over, guessed and lost."""
+"""Data model of a robot file that will be written, with remarks on carried over, guessed and lost values."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def graph_defaults(use: str) -> dict[str, Any]:
 
 
 def no_joint(description: RobotDescription, name: str) -> str:
-    """Return a text that a description has no joint with a name, and which names are similar."""
+    """Return the message that a description has no joint `name`, with a suggestion of similar names."""
     near = did_you_mean(name, description.joints)
     return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
 
@@ -71,7 +71,7 @@ class Remark:
     Attributes:
         text: the remark, one line.
         span: source location to which the remark refers; None if it refers to no single place.
-        claim: what the robot file must contain, or else `Draft.settle` drops the remark; empty if the text does not describe it.
+        claim: values that the robot file must contain, or else `Draft.settle` drops the remark; empty if it needs none.
         subject: noun and name of the part that the text describes. `Draft.settle` puts them before the text, and combines
             remarks with the same noun and text. Empty if the text is complete.
     """
@@ -82,7 +82,7 @@ class Remark:
     subject: tuple[str, str] | tuple[()] = ()
 
     def holds(self, data: Mapping[str, Any]) -> bool:
-        """Return whether the values of a robot file are those of the claim."""
+        """Return whether a robot file has the values of the claim."""
         materials = data.get("materials", {}).values()
         frictions = [(each["static_friction"], each.get("across", each["static_friction"])) for each in materials]
         bound = {link: one for one, each in zip(frictions, materials, strict=True) for link in each["bind"]}
@@ -128,7 +128,7 @@ class RobotWheel:
 
     @property
     def sideways(self) -> bool:
-        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward and backward."""
+        """Whether the axle is parallel to the y axis of the root link; the wheel then rolls forward and backward."""
         return abs(self.axle[1]) > ALIGNED
 
     @property
@@ -166,10 +166,10 @@ class Draft:
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
         pushed: whether a plugin of Gazebo pushes the base without turning its wheels.
         second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
-        controller_track: whether the track of a skid-steered base is that of its controller; None for other bases.
+        controller_track: whether the track of a skid-steered base was taken from its controller; None for other bases.
         guessed_turn: whether the limit of the turn rate of a skid-steered base is guessed.
         noticed: remarks on the robot itself, e.g. that part of its weight rests on the chassis.
-        commanded: names of joints that a topic commands, except those of a mobile base.
+        commanded: names of the joints that a topic commands, without the joints of a mobile base.
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
     """
 
@@ -220,7 +220,7 @@ class Draft:
             del self.materials[material]
 
     def data(self) -> dict[str, Any]:
-        """Return the values of the robot file, in its order; texts of which a reader substitutes nothing are references."""
+        """Return the values of the robot file, in its order; texts in which readers substitute nothing are `Reference`s."""
         description = self.description
         path = {"mjcf" if description.mjcf is not None else "urdf": Reference(self.path)}
         head: dict[str, Any] = {"format": 1, "robot": Reference(self.name)} | path
@@ -233,9 +233,9 @@ class Draft:
         return head | self.settings | {name: section for name, section in sections.items() if section}
 
     def settle(self) -> None:
-        """Drop the remarks whose claims do not hold, because later parts of the import changed the entry, and combine the others.
+        """Drop remarks whose claims no longer hold, because the import has changed the entry since, and combine similar remarks.
 
-        Remarks on several parts with the same noun and text become one remark with the names of all these parts.
+        Remarks with the same noun and text become one remark with the names of all their parts.
         """
         data = self.data()
         for remarks in (self.carried, self.guessed, self.lost, self.noticed):
@@ -282,7 +282,7 @@ class Draft:
         self.noticed.append(Remark(text, span))
 
     def use(self, element: Element) -> None:
-        """Mark an element of the description and all elements below it as used, so that they are not reported as lost."""
+        """Mark an element of the description and all elements below it as used. Used elements are not reported as lost."""
         self._used.update((id(part), part) for part in element.walk())
 
     def use_parts(self, element: Element, *tags: str) -> None:
@@ -297,7 +297,7 @@ class Draft:
 
 
 def _combined(remarks: Sequence[Remark]) -> Remark:
-    """Return one remark for remarks of the same text on several parts; its claim is that all of theirs hold."""
+    """Return one remark for remarks with the same text on several parts; it claims the values that they claim together."""
     first = remarks[0]
     if not first.subject:
         return first

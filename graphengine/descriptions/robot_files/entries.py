@@ -97,6 +97,6 @@ class Entry(Generic[K]):
 
 
 def material(friction: float, combine: str, bind: list[str], directed: MaterialKeys | None = None) -> MaterialKeys:
-    """Return the keys of a material; `directed` are those of its friction across a direction, if it has one."""
+    """Return the keys of a material; `directed` has the keys of a friction that differs across a direction."""
     both: MaterialKeys = {"static_friction": friction, "dynamic_friction": friction}
     return both | (directed or {}) | {"combine": combine, "bind": bind}

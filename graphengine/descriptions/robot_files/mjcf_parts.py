@@ -35,8 +35,8 @@ def add_model_parts(draft: Draft) -> None:
     _joints(draft, model)
     for actuator in model.actuators:
         if not actuator.joint:
-            told = f"{_KINDS[actuator.kind]} {printable(actuator.name)}"
-            draft.carry(f"{told}: commands use its name, as it does not move exactly one joint")
+            label = f"{_KINDS[actuator.kind]} {printable(actuator.name)}"
+            draft.carry(f"{label}: commands use its name, as it does not move exactly one joint")
     if KEYFRAME in model.keyframes and draft.library is not None:
         draft.settings["start"] = KEYFRAME
     if model.keyframes:
@@ -53,17 +53,14 @@ def _joints(draft: Draft, model: MjcfModel) -> None:
         about = _about(actuator.name, actuator.drive, names.get(actuator.joint, False))
         driven.setdefault(actuator.joint, []).append(about)
     for joint in draft.description.moving():
-        entry = draft.joints[joint.name]
-        entry.hint = "; ".join(driven.get(joint.name, [])) or (
-            "" if joint.mimic is not None else "no actuator: takes efforts"
-        )
+        free = "" if joint.mimic is not None else "no actuator: takes efforts"
+        draft.joints[joint.name].hint = "; ".join(driven.get(joint.name, [])) or free
     for kind in _KINDS:
         if found := [actuator.joint for actuator in model.actuators if actuator.joint and actuator.kind == kind]:
             draft.carry(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}")
     if floating := [joint.name for joint in draft.description.joints.values() if joint.type == "floating"]:
-        draft.notice(
-            f"ball and free joints, which graphs cannot read or command: {', '.join(map(printable, floating))}"
-        )
+        known = ", ".join(map(printable, floating))
+        draft.notice(f"ball and free joints, which graphs cannot read or command: {known}")
 
 
 def _about(name: str, drive: Drive, slides: bool) -> str:
@@ -119,13 +116,10 @@ def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
 
 def _link(draft: Draft, name: str, kind: str) -> str:
     """Return the name of the link that represents a site or camera in the description; empty if there is none."""
-    if not name:
-        return ""
-    given = f"{name}_{kind}"
-    return given if given in draft.description.links else name if name in draft.description.links else ""
+    return next((link for link in (f"{name}_{kind}", name) if name and link in draft.description.links), "")
 
 
 def _mount(draft: Draft, name: str, value: SensorKeys) -> Claim:
-    """Add a sensor, and return the claim that the robot file has it."""
+    """Add a sensor, and return the claim that the robot file has this sensor."""
     draft.sensors[prim_name(name)] = Entry(value)
     return {("sensors", prim_name(name)): value}

@@ -36,7 +36,7 @@ class RobotFile:
     chain: tuple[Loaded[RobotSpec], ...]
 
     def document(self, *location: str | int) -> Document:
-        """Return the first document of the chain that has a value at a location (keys and indices); else the file itself."""
+        """Return the first document of the chain that has a value at a location (keys and indices), by default the first."""
         holders = (loaded.document for loaded in self.chain if loaded.document.find(*location) is not None)
         return next(holders, self.chain[0].document)
 
@@ -75,13 +75,9 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
         paths.append(extended)
         if paths[-1].resolve() in [path.resolve() for path in paths[:-1]] or len(paths) > MAX_CHAIN:
             way = " extends ".join(path.name for path in paths)
-            findings.add(
-                "S103",
-                f"robot files extend each other in a circle: {way}"
-                if len(paths) <= MAX_CHAIN
-                else f"more than {MAX_CHAIN} robot files extend each other: {way}",
-                span,
-            )
+            circle = "robot files extend each other in a circle"
+            text = circle if len(paths) <= MAX_CHAIN else f"more than {MAX_CHAIN} robot files extend each other"
+            findings.add("S103", f"{text}: {way}", span)
             return None
     if len(chain) == 1:
         return RobotFile(chain[0].spec, tuple(chain))
@@ -94,7 +90,7 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
 
 
 def _check_removals(base: dict[str, Any], document: Document, findings: Findings) -> None:
-    """Add an error for each null in a file that removes an entry which the merged data of the extended files does not have."""
+    """Add an error for each null of a file that removes an entry which the extended files do not have."""
     for section in _SECTIONS:
         entries = base.get(section, {})
         for name, value in (document.data.get(section) or {}).items():

@@ -19,6 +19,7 @@ from graphengine.format.wording import printable
 from graphengine.format.yaml_text import flow, read_back, scalar
 
 _WIDTH = 120
+_REMARK = textwrap.TextWrapper(_WIDTH, "#   ", "#     ", break_long_words=False, break_on_hyphens=False)
 
 
 def render(draft: Draft, path: Path) -> Document:
@@ -34,11 +35,8 @@ def render(draft: Draft, path: Path) -> Document:
         page.add((key,), data[key])
         if key == "base_link" and description.root == WORLD:
             page.lines[-1] += "    # which is the world itself: the robot is bolted to it"
-    page.lines += [
-        "",
-        f"# {len(description.links)} links, {description.mass:g} kg, and the shapes that they collide with, in m",
-    ]
-    page.lines += [f"#   {line}" for line in _links(description)]
+    total = f"{len(description.links)} links, {description.mass:g} kg, and the shapes that they collide with, in m"
+    page.lines += ["", f"# {total}", *(f"#   {line}" for line in _links(description))]
     page.lines += ["", f"# {len(description.joints)} joints; origins, axes and limits are those of the description"]
     if "joints" in data:
         page.open(("joints",))
@@ -58,13 +56,13 @@ def render(draft: Draft, path: Path) -> Document:
 
 @dataclass(slots=True)
 class _Page:
-    """The lines of a robot file, and for each key in block style: its location, its value and the number of its line."""
+    """The lines of a robot file, and location, value and line number of each key in block style."""
 
     lines: list[str]
     rows: list[tuple[tuple[str, ...], Any, int]] = field(default_factory=list)
 
     def add_entry(self, section: str, key: str, entry: Entry[Any], *comments: str) -> None:
-        """Add a key of a section, below the given comments and those of its entry."""
+        """Add a key of a section, below the given comments and the comments of the entry."""
         self.lines += [f"  # {printable(comment)}" for comment in (*comments, *entry.comments)]
         number = len(self.lines)
         self.add((section, key), entry.value)
@@ -72,7 +70,7 @@ class _Page:
             self.lines[number] += f"    # {printable(entry.hint)}"
 
     def add(self, location: tuple[str, ...], value: Any) -> None:
-        """Add a key with its value: one line, or if that is too long, a line for each key of the value."""
+        """Add a key with its value on one line, or with one line for each key of the value if one line would be too long."""
         indent, key = "  " * (len(location) - 1), scalar(location[-1])
         line = f"{indent}{key}: {flow(value)}"
         if isinstance(value, dict) and value and len(line) > _WIDTH:
@@ -117,14 +115,7 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
     if remarks:
         yield from ("", f"# {title}")
     for remark in remarks:
-        yield from textwrap.wrap(
-            printable(remark.text),
-            _WIDTH,
-            initial_indent="#   ",
-            subsequent_indent="#     ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
+        yield from _REMARK.wrap(printable(remark.text))
 
 
 def _links(description: RobotDescription) -> Iterator[str]:

@@ -13,7 +13,7 @@ from graphengine.format.wording import printable
 
 
 def actors_at(world: Element, findings: Findings) -> list[Element]:
-    """Return an MJCF `<custom>` element with the route of each actor of an SDF world that has a trajectory.
+    """Return a list of the MJCF `<custom>` element with the routes of an SDF world's actors; empty without a trajectory.
 
     Raises:
         SdfError: a waypoint is not legal.

@@ -15,7 +15,7 @@ _ONLY = {"surface_model": "EARTH_WGS84", "world_frame_orientation": "ENU"}
 
 
 def earth_at(world: Element, findings: Findings) -> list[Element]:
-    """Return the MJCF `<custom>` element with the place of an SDF world; an empty list if the world has no place on Earth.
+    """Return a list of the MJCF `<custom>` element with the place of an SDF world on Earth; empty if the world has no place.
 
     Raises:
         SdfError: a number is not legal.
@@ -31,8 +31,7 @@ def earth_at(world: Element, findings: Findings) -> list[Element]:
     numbers = {key: number_at(found, key, default=0.0) for key in _MOST}
     for key, number in numbers.items():
         if abs(number) > (most := _MOST[key]):
-            raise SdfError(
-                f"{key} must be from -{most:g} to {most:g}, not {number:g}", (found.first(key) or found).span
-            )
+            text = f"{key} must be from -{most:g} to {most:g}, not {number:g}"
+            raise SdfError(text, (found.first(key) or found).span)
     numeric = Element("numeric", {"name": EARTH, "data": written(*numbers.values())}, found.span)
     return [Element("custom", {}, found.span, [numeric])]

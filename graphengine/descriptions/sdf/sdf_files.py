@@ -1,7 +1,7 @@
 """Reads SDF files and the models that they include, from allowed folders and within limits on size and depth.
 
-`model://NAME` refers to a folder called NAME, which is searched in the folders that contain the file and in those that the user
-allows. Nothing is downloaded.
+`model://NAME` refers to a folder NAME in the folders around the file or in the folders that the user allows. Nothing is
+downloaded.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ OLDEST, NEWEST = 4, 12
 MAX_DEPTH = 20
 """Maximum number of levels of nested models."""
 MAX_MODELS = 5000
-"""Maximum number of models of an SDF file, including those of included files."""
+"""Maximum number of models of an SDF file, including models of included files."""
 MAX_URI = 1000
 """Maximum number of characters of the URI in an include."""
 _MAX_MISSING = 50
@@ -50,7 +50,7 @@ GROUND_PLANE = """<sdf version="1.6"><model name="ground_plane"><static>true</st
 <visual name="visual"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
 <material><diffuse>0.5 0.5 0.5 1</diffuse></material></visual></link></model></sdf>"""
 _BUILT_IN = {"sun": SUN, "ground_plane": GROUND_PLANE}
-"""Text of Gazebo models that most worlds include, by name; used if no folder contains the model."""
+"""Texts of Gazebo models that most worlds include, by name; a text is used if no folder contains the model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def is_sdf(root: Element) -> bool:
 def model_folders(path: Path) -> list[Path]:
     """Return the folder of the model to which a file belongs, then the folders of neighbouring models.
 
-    A model's folder contains a `model.config`. Return an empty list if the file is in no such folder.
+    A model's folder contains a `model.config`. The list is empty if no folder around the file contains one.
     """
     own = next((folder for folder in path.absolute().parents if (folder / CONFIG).is_file()), None)
     if own is None:
@@ -206,16 +206,15 @@ class SdfFiles:
         for place, references in places:
             for path in _model_files(place) if self._may_read(place) else ():
                 if self._may_read(path) and path.is_file():
-                    # The folder of the file, from the place that is named.
+                    # The folder of the file, relative to the place that the URI names.
                     inside = os.path.relpath(path.parent, place) if path != place else ".."
                     scheme, separator, folder = references.rpartition("://")
                     folder = posixpath.normpath(posixpath.join(folder, inside))
                     return self._read(path, f"{scheme}{separator}{folder}", span)
         self._missing += 1
         if self._missing > _MAX_MISSING:  # each search may visit thousands of folders
-            self._enough = SdfError(
-                f"more than {_MAX_MISSING} models are not found; further models are not searched", span
-            )
+            text = f"more than {_MAX_MISSING} models are not found; further models are not searched"
+            self._enough = SdfError(text, span)
         outside = next((str(place) for place, _ in places if place.exists() and not self._may_read(place)), None)
         if outside is not None:
             what = f"{printable(uri[:200])!r} lies outside the folder of the file you gave"
@@ -228,7 +227,7 @@ class SdfFiles:
             advice = f"nothing is downloaded: put the folder {printable(name)!r} beside the file, or name it by --allow"
         elif "://" in uri and name is None:
             searched, advice = "", "write model://NAME, file:// or a path; nothing is downloaded"
-        raise SdfError(f"no model {printable(uri[:200])!r}", span, *filter(None, [searched, advice]))
+        raise SdfError(f"no model {printable(uri[:200])!r}", span, searched, advice)
 
     def _may_read(self, path: Path) -> bool:
         return self.packages.files.may_read(path)
@@ -263,9 +262,8 @@ class SdfFiles:
         if root is None:
             raise SdfError(f"{printable(str(path))!r} cannot be read", span)
         if not is_sdf(root):
-            raise SdfError(
-                f"{printable(str(path))!r} begins with <{root.tag[:40]}>; an included file must be SDF", span
-            )
+            text = f"{printable(str(path))!r} begins with <{root.tag[:40]}>; an included file must be SDF"
+            raise SdfError(text, span)
         return _File(root, _version(root), resolved, f"{references}/")
 
 

@@ -44,7 +44,7 @@ class SdfFrame:
     """Pose in the outermost scope; None if it is not computed yet."""
     _raw: Pose | None = None
     _fault: SdfError | None = None
-    """Error that keeps the pose from being computed; all frames of a cycle receive it at once."""
+    """Error because of which the pose cannot be computed; all frames of a cycle receive the same error at once."""
 
     @property
     def full_name(self) -> str:
@@ -74,14 +74,14 @@ class SdfFrame:
     def base(self) -> SdfFrame | None:
         """Return the frame in which the pose of this frame is given; None for the outermost scope."""
         home = self.scope.outer if self.kind == "scope" else self.scope
-        if home is None:
-            return None
-        if reference := relative_to(self.element, home):
-            return reference
+        return (relative_to(self.element, home) or self._holder(home)) if home is not None else None
+
+    def _holder(self, home: Scope) -> SdfFrame:
+        """Return the frame to which this frame is attached, by default the frame of the scope `home`."""
         if self.kind == "joint":
             return home.child_of(self.element)
-        attached = self.element.get("attached_to") if self.kind == "frame" else ""
-        return home.require(attached, self.element, "attached_to") if attached else home.frame
+        name = self.element.get("attached_to") if self.kind == "frame" else ""
+        return home.require(name, self.element, "attached_to") if name else home.frame
 
     def link(self) -> SdfFrame:
         """Return the frame of the link to which this frame is attached; for a world, the frame of the world.
@@ -91,14 +91,7 @@ class SdfFrame:
         """
         at, seen = self, {self}
         while at.kind != "link" and not at.scope.is_world:
-            if at.kind == "joint":
-                at = at.scope.child_of(at.element)
-            elif at.kind == "frame" and (name := at.element.get("attached_to")):
-                at = at.scope.require(name, at.element, "attached_to")
-            elif at.kind == "frame":
-                at = at.scope.frame
-            else:
-                at = at.scope.canonical_link()
+            at = at.scope.canonical_link() if at.kind == "scope" else at._holder(at.scope)
             if at in seen or len(seen) > _MAX_ATTACHED:
                 raise SdfError(f"frame {printable(self.name)!r} is attached to no link", self.element.span)
             seen.add(at)
@@ -124,7 +117,7 @@ class SdfFrame:
 
 
 def _chain(frame: SdfFrame, ends: Callable[[SdfFrame], bool]) -> list[SdfFrame]:
-    """Return a frame, its base frame, the base of that frame and so on, up to the first frame for which `ends` is true.
+    """Return a frame, then its base frame, the base of that frame and so on, up to the first frame for which `ends` is true.
 
     The chain also ends at the outermost scope.
 
@@ -225,9 +218,9 @@ class Scope:
         return None
 
     def index(self) -> None:
-        """Fill `known`. If several elements have the same name, which was legal before SDF 1.7, a link precedes a frame.
+        """Fill `known`. Of elements with the same name, which are legal before SDF 1.7, only one is in `known`.
 
-        A `<frame>` precedes a joint, and a joint precedes a nested model.
+        A link takes precedence over a `<frame>`, a `<frame>` over a joint, and a joint over a nested model.
         """
         self.known |= {name: frame for scope in self.merges for name, frame in scope.known.items()}
         self.known |= {name: scope.frame for name, scope in self.models.items()}
@@ -259,7 +252,7 @@ class Scope:
         return self.require(child.text, child)
 
     def canonical_link(self) -> SdfFrame:
-        """Return the canonical link of a model, to which its frame is attached: `canonical_link`, by default the first link.
+        """Return the link to which the frame of a model is attached: its `canonical_link`, by default the first link.
 
         Raises:
             SdfError: the model has no link, or none with the given name.

@@ -82,9 +82,8 @@ class GeomWriter:
             return
         pose, visual = relative(link.place, place_of(part, link)), part.tag == "visual"
         if shape.tag == "plane" and not static:
-            raise SdfError(
-                "a plane must belong to a static model", shape.span, "write <static>true</static> in the model"
-            )
+            remedy = "write <static>true</static> in the model"
+            raise SdfError("a plane must belong to a static model", shape.span, remedy)
         if shape.tag == "plane":
             pose = (pose[0], multiply(pose[1], _towards(shape)))
         colour = colour_of(part)
@@ -159,7 +158,7 @@ def _size(shape: Element, part: Element) -> dict[str, str]:
         return _geom(shape.tag, *sizes_of(solid))
     if shape.tag == "ellipsoid":
         return _geom("ellipsoid", *numbers_at(shape, "radii", default=(1.0, 1.0, 1.0)))
-    if shape.tag == "plane":  # one that collides is endless
+    if shape.tag == "plane":  # a collider is endless
         width, length = numbers_at(shape, "size", default=(1.0, 1.0)) if part.tag == "visual" else (0.0, 0.0)
         return _geom("plane", width / 2.0, length / 2.0, 1.0)
     return {"type": "mesh"}

@@ -45,7 +45,7 @@ class Mass(NamedTuple):
 
 
 def is_mere_frame(link: SdfFrame) -> bool:
-    """Return whether a link has neither inertial nor shapes. Such a link is only a frame here; SDF gives it a mass of 1 kg."""
+    """Return whether a link has neither inertial nor shapes, and is only a frame here; in SDF, its mass is 1 kg."""
     return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
 
 
@@ -54,7 +54,7 @@ def inertial_of(link: SdfFrame, frame: Pose) -> Inertial:
 
     Args:
         link: frame of the SDF link.
-        frame: pose in the outermost scope of the link as a URDF has it.
+        frame: pose in the outermost scope of the link's frame in URDF.
 
     Raises:
         SdfError: a value is not a number, the mass is negative, or an automatic inertia cannot be computed.
@@ -76,8 +76,8 @@ def mass_of(link: SdfFrame) -> Mass:
     if element is not None and flag(element.get("auto")):
         return _of_collisions(link, element)
     inertia = find(element, "inertia")
-    given = (number_at(inertia, term, default=usual) for term, usual in zip(TERMS, _DEFAULTS, strict=True))
-    xx, yy, zz, xy, xz, yz = given
+    terms = zip(TERMS, _DEFAULTS, strict=True)
+    xx, yy, zz, xy, xz, yz = (number_at(inertia, term, default=usual) for term, usual in terms)
     pose = compose(link.place, pose_of(find(element, "pose")))
     return Mass(number_at(element, "mass", default=1.0), (xx, yy, zz, xy, xz, yz), pose)
 
@@ -97,9 +97,8 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
             matrices.append(mass * matrix_of(turned((*moments, 0.0, 0.0, 0.0), rotation)))
     total = math.fsum(masses)
     if not total > 0.0:
-        raise SdfError(
-            f"link {printable(link.name)!r}: an automatic inertia requires a collision with a volume", element.span
-        )
+        text = f"link {printable(link.name)!r}: an automatic inertia requires a collision with a volume"
+        raise SdfError(text, element.span)
     middle = sum((mass * place for mass, place in zip(masses, centres, strict=True)), np.zeros(3)) / total
     matrix: Floats = np.zeros((3, 3))
     for mass, place, own in zip(masses, centres, matrices, strict=True):
@@ -125,7 +124,7 @@ def turned(moments: Moments, rotation: Quaternion) -> Moments:
 
 
 def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
-    """Return the volume (m3) of a shape, and its moments of inertia (x, y, z) divided by its mass (m2), about its own axes.
+    """Return the volume (m3) of a shape, and moments of inertia (x, y, z) about the axes of the shape, divided by the mass (m2).
 
     Raises:
         SdfError: the inertia of this shape is not implemented, or a size is not a number.

@@ -72,28 +72,24 @@ def parts_of(
 
     Args:
         joint: frame of the SDF joint.
-        frames: pose in the outermost scope of each link's frame in the description.
-        carries: a joint below each link that has one, by parent link.
+        frames: a dict from links to the pose of the link's frame in the description, in the outermost scope.
+        carries: a dict from links that carry a joint to one such joint.
         findings: receives notes.
 
     Raises:
         SdfError: the joint's type is not supported, or a value is invalid.
     """
     parent, child = fastened(joint)
-    element, kind = joint.element, _kind(joint)
+    element, kind, name = joint.element, _kind(joint), printable(joint.full_name)
     rolls = kind == "ball" and _is_ball(joint, child) and child not in carries
     if rolls:
         kind = "fixed"
-        text = (
-            f"joint {printable(joint.full_name)!r}: the ball joint becomes fixed, so the ball slides instead of rolling"
-        )
+        text = f"joint {name!r}: the ball joint becomes fixed, so the ball slides instead of rolling"
         findings.add("N103", text, element.span, "the ball has no friction, so it does not brake the robot")
     elif kind not in (*TYPES, *TWO_AXES):
-        where = element.place("type")
         advice = _UNSUPPORTED.get(kind) or did_you_mean(kind, TYPES) or listing(TYPES)
-        raise SdfError(
-            f"joint {printable(joint.full_name)!r}: type {printable(kind)!r} is not supported", where, advice
-        )
+        text = f"joint {name!r}: type {printable(kind)!r} is not supported"
+        raise SdfError(text, element.place("type"), advice)
     pose = seen_from(frames[parent] if parent is not None else NOWHERE, joint.place)
     ends = parent.full_name if parent is not None else WORLD, child.full_name
     if kind in TWO_AXES:
@@ -103,7 +99,7 @@ def parts_of(
     if rolls:
         slippery = [leaf("mu1", "0.0", element.span), leaf("mu2", "0.0", element.span)]
         yield Element("gazebo", {"reference": child.full_name}, element.span, slippery)
-    yield from _for_gazebo(joint, element.first("axis"))
+    yield _for_gazebo(joint, element.first("axis"))
 
 
 def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Findings) -> Iterator[Link | Joint]:
@@ -116,10 +112,7 @@ def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Fi
     text = f"joint {printable(name)!r}: type {element.get('type')} becomes two revolute joints"
     findings.add("N103", text, element.span, f"{printable(name)} turns about <axis>, {printable(second)} about <axis2>")
     yield Link(between, Element("link", {"name": between}, element.span), None, ())
-    for tag, made, at, links in (
-        ("axis", name, pose, (parent, between)),
-        ("axis2", second, NOWHERE, (between, child)),
-    ):
+    for tag, made, at, links in (("axis", name, pose, (parent, between)), ("axis2", second, NOWHERE, (between, child))):
         axis = element.first(tag)
         yield _joint(joint, made, "continuous" if _is_limitless(axis) else "revolute", at, links, axis)
 
@@ -159,7 +152,7 @@ def _limit(axis: Element | None, end: str) -> float:
 
 
 def _bounds(axis: Element | None, element: Element) -> Bounds:
-    """Return the limits of a joint: none of the position if it has none, and 0 for an effort or velocity without limit."""
+    """Return the limits of a joint. Without position limits, these are None; without a limit, effort or velocity is 0."""
     largest = (limit_at(axis, "limit", end, default=math.inf) for end in ("effort", "velocity"))
     effort, velocity = (value if 0.0 < value < math.inf else 0.0 for value in largest)
     if _is_limitless(axis):
@@ -181,9 +174,8 @@ def _losses(joint: SdfFrame, axis: Element | None) -> tuple[float, float]:
 def _mimic(joint: SdfFrame, mimic: Element | None) -> Mimic | None:
     if mimic is None:
         return None
-    multiplier, offset, reference = (
-        number_at(mimic, name, default=0.0) for name in ("multiplier", "offset", "reference")
-    )
+    law = ("multiplier", "offset", "reference")
+    multiplier, offset, reference = (number_at(mimic, name, default=0.0) for name in law)
     leader = joint.scope.require(mimic.get("joint"), mimic, "joint")
     return Mimic(leader.full_name, multiplier, offset - multiplier * reference, mimic)
 
@@ -214,18 +206,14 @@ def _direction(joint: SdfFrame, axis: Element | None) -> Vector3:
     return x, y, z
 
 
-def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
-    """Yield a `<gazebo>` element with the joint's spring and all elements that are not converted, if it has any.
-
-    URDF has no other place for them.
-    """
+def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Element:
+    """Return a `<gazebo>` element with the joint's spring and its elements that URDF does not have."""
     made = Element("gazebo", {"reference": joint.full_name}, joint.element.span)
     if axis is not None and number_at(axis, "dynamics", "spring_stiffness", default=0.0):
         for name, tag in (("springStiffness", "spring_stiffness"), ("springReference", "spring_reference")):
             made.children.append(leaf(name, text_at(axis, "dynamics", tag) or "0", axis.span))
     made.children += [child for child in joint.element.children if child.tag not in (*_CONVERTED, "physics")]
-    if made.children:
-        yield made
+    return made
 
 
 def _is_ball(joint: SdfFrame, child: SdfFrame) -> bool:

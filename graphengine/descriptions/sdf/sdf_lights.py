@@ -8,7 +8,6 @@ from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, number_at, numbers_at, text_at, written
 from graphengine.devices.rotation import Vector3, rotate
-from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 
 
@@ -55,9 +54,9 @@ def _colour(element: Element, tag: str, usual: Vector3, strength: float = 1.0) -
 
 
 def look_of(world: Element) -> Element:
-    """Return the MJCF `<visual>` element for a world; its ambient light is that of the world's `<scene>`."""
+    """Return the MJCF `<visual>` element for a world, with the ambient light of the world's `<scene>`."""
     scene = world.first("scene") or world
-    span: Span = world.span
+    span = world.span
     headlight = {"ambient": _colour(scene, "ambient", (0.4, 0.4, 0.4)), "diffuse": "0.2 0.2 0.2", "specular": "0 0 0"}
     children = [
         Element("map", {"znear": "0.02", "zfar": "120"}, span),

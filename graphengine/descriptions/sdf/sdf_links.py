@@ -28,10 +28,10 @@ class LinkReader:
     """Reads the links of one model.
 
     Attributes:
-        frames: pose in the outermost scope of each link's frame in the description, by SDF link.
+        frames: a dict from SDF links to the pose of the link's frame in the description, in the outermost scope.
         findings: receives errors and notes.
-        images: visuals so far that have textures; the textures are not drawn.
-        mere_frames: links so far that have neither inertial nor shapes.
+        images: visuals with textures, among those read; the textures are not drawn.
+        mere_frames: links with neither inertial nor shapes, among those read.
     """
 
     frames: Mapping[SdfFrame, Pose]
@@ -80,8 +80,8 @@ class LinkReader:
         text = f"{part.tag} {printable(part.get('name'))!r}: a link of a robot cannot have the shape {shape.tag!r}"
         raise SdfError(text, shape.span, "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box")
 
-    def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
-        """Yield a `<gazebo>` element with the properties of a link that URDF lacks, if the link has any."""
+    def for_gazebo(self, link: SdfFrame) -> Element:
+        """Return a `<gazebo>` element with the properties of a link that URDF lacks."""
         made = Element("gazebo", {"reference": link.full_name}, link.element.span)
         with reported(self.findings):
             made.children += surface_for_gazebo(link, self.frames)
@@ -95,8 +95,7 @@ class LinkReader:
                     made.children.append(self._sensor(child, link))
             elif child.tag not in (*_CONVERTED, *_NO_EFFECT):
                 made.children.append(child)
-        if made.children:
-            yield made
+        return made
 
     def _sensor(self, sensor: Element, link: SdfFrame) -> Element:
         """Return a copy of a `<sensor>` with its pose in the frame of the URDF link."""

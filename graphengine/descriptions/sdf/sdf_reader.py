@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 from graphengine.descriptions.files.packages import Packages
@@ -33,8 +32,8 @@ def read_sdf(
         root: root element of the file.
         packages: find models and meshes.
         findings: receives errors and notes.
-        name: name of the model. By default, it is the only model with moving joints, or else the only one that is not static,
-            or else the only one.
+        name: name of the model. Default: the only model with moving joints, else the only model that is not static, else the
+            only model.
     """
     before = len(findings.errors)
     chosen: Scope | None = None
@@ -74,14 +73,12 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     if len(robots) != 1:
         known = listing((printable(robot.name) for robot in robots), "its models")
         what = "the file has more than one model" if robots else "the file has no model"
-        raise SdfError(
-            what, root.span, *filter(None, [known, "choose one by --model NAME on import" if robots else ""])
-        )
+        raise SdfError(what, root.span, known, "choose one by --model NAME on import" if robots else "")
     return robots[0]
 
 
 def _robot(model: Scope, packages: Packages, findings: Findings, before: int) -> RobotDescription | None:
-    """Return the links and joints of a model; None if there are more than `before` errors then."""
+    """Return the links and joints of a model; None if `findings` then has more than `before` errors."""
     joints, links = model.all_joints(), model.all_links()
     carriers: dict[SdfFrame, SdfFrame] = {}
     carries: dict[SdfFrame, SdfFrame] = {}
@@ -107,12 +104,12 @@ def _robot(model: Scope, packages: Packages, findings: Findings, before: int) ->
     for joint in joints:
         with reported(findings):
             parts += parts_of(joint, frames, carries, findings)
-    parts += [element for link in links for element in reader.for_gazebo(link)]
-    parts += [element for scope in model.walk() for element in _for_gazebo(scope)]
+    parts += [*map(reader.for_gazebo, links), *map(_for_gazebo, model.walk())]
     _tell(reader, findings)
     found = [part for part in parts if isinstance(part, Link)]
     made = [part for part in parts if isinstance(part, Joint)]
-    document = as_urdf(model.name, found, made, span, [part for part in parts if isinstance(part, Element)])
+    others = [part for part in parts if isinstance(part, Element) and part.children]
+    document = as_urdf(model.name, found, made, span, others)
     return assembled(document, packages, found, made, findings, before)
 
 
@@ -126,8 +123,8 @@ def _tell(reader: LinkReader, findings: Findings) -> None:
         findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", reader.images[0].span)
 
 
-def _for_gazebo(scope: Scope) -> Iterator[Element]:
-    """Yield a `<gazebo>` element with the properties of a model, if it has any: plugins, `static`, self-collision and others."""
+def _for_gazebo(scope: Scope) -> Element:
+    """Return a `<gazebo>` element with the properties of a model: plugins, `static`, self-collision and others."""
     made = Element("gazebo", {}, scope.element.span)
     if scope.outer is None:
         for tag, name in (("static", "static"), ("self_collide", "selfCollide")):
@@ -139,12 +136,11 @@ def _for_gazebo(scope: Scope) -> Iterator[Element]:
             made.children.append(_prefixed(child, scope.prefix, known))
         elif child.tag not in (*_CONVERTED, *_NO_EFFECT):
             made.children.append(child)
-    if made.children:
-        yield made
+    return made
 
 
 def _prefixed(element: Element, prefix: str, known: set[str]) -> Element:
-    """Return a copy of a plugin in which the prefix is added to each text that is one of the known names.
+    """Return a copy of a plugin in which the known names have a prefix.
 
     Links and joints of a nested model have such a prefix in the outermost model, as in `A::wheel`.
     """

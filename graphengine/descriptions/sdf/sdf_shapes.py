@@ -35,7 +35,8 @@ def shape_of(part: Element) -> Element | None:
         return None
     if shape.tag not in SHAPES:
         advice = _REMEDIES.get(shape.tag, listing(SHAPES, "known"))
-        raise SdfError(f"{part.tag} {_name(part)}: a {printable(shape.tag[:40])} is not supported", shape.span, advice)
+        text = f"{part.tag} {printable(part.get('name'))!r}: a {printable(shape.tag[:40])} is not supported"
+        raise SdfError(text, shape.span, advice)
     return shape
 
 
@@ -150,7 +151,3 @@ def friction_of(collision: Element) -> float | None:
             if text_at(collision, "surface", "friction", engine, tag):
                 return max(number_at(collision, "surface", "friction", engine, tag, default=1.0), 0.0)
     return None
-
-
-def _name(part: Element) -> str:
-    return repr(printable(part.get("name")))

@@ -22,9 +22,9 @@ class SdfError(Exception):
     """A part of an SDF file that cannot be converted.
 
     Attributes:
-        message: what is wrong.
+        message: text of the error.
         span: source location of the error.
-        help: lines with remedies.
+        help: lines with remedies; empty lines are ignored.
         reported: whether the error has been added to findings.
     """
 
@@ -38,7 +38,7 @@ class SdfError(Exception):
 
 @contextlib.contextmanager
 def reported(findings: Findings, code: str = "S103") -> Iterator[None]:
-    """Catch an SdfError that is raised in this context, and add it to the findings unless that has been done already."""
+    """Catch an SdfError that is raised in this context, and add the error to the findings unless it was reported before."""
     try:
         yield
     except SdfError as error:
@@ -92,7 +92,7 @@ def number_at(element: Element | None, *path: str, default: float) -> float:
 
 
 def limit_at(element: Element | None, *path: str, default: float) -> float:
-    """Return the limit in the element at a path of tags, `default` without one; values from `INFINITE` become infinite.
+    """Return the limit in the element at a path of tags, or `default`. Limits of at least `INFINITE` become infinite.
 
     Raises:
         SdfError: the text is not a number.
@@ -156,7 +156,7 @@ def placed(pose: Pose, **more: str) -> dict[str, str]:
 
 
 def seen_from(frame: Pose, place: Pose) -> Pose:
-    """Return a pose relative to a frame; both are given in the same frame. -0.0 becomes 0.0."""
+    """Return the pose `place` relative to the pose `frame`; both are given in the same frame. -0.0 becomes 0.0."""
     (x, y, z), (qx, qy, qz, qw) = relative(frame, place)
     return (x + 0.0, y + 0.0, z + 0.0), (qx + 0.0, qy + 0.0, qz + 0.0, qw + 0.0)
 

@@ -32,7 +32,7 @@ _GRAVITY = (0.0, 0.0, -9.8)
 """SDF's default gravity, m/s2."""
 _COMPILER = {"angle": "radian", "autolimits": "true", "balanceinertia": "true"}
 _STATISTIC = {"extent": "1", "center": "0 0 0.5", "meansize": "0.2"}
-"""Attributes of `<statistic>`, by which MuJoCo scales its rendering; the same as in the built-in worlds."""
+"""Attributes of `<statistic>`, as in the built-in worlds; MuJoCo scales its rendering by them."""
 _CONVERTED = ("model", "include", "light", "gravity", "frame", "scene", "spherical_coordinates", "actor")
 _LEFT_OUT = "it has moving joints, so it is a robot, and robots must be listed in the scene"
 
@@ -54,12 +54,9 @@ def read_world(path: Path, root: Element, library: Library, findings: Findings) 
         file = files.main(path, root)
         worlds = root.all("world")
         if len(worlds) != 1:
-            advice = (
-                "to use a model as a robot or object, write robots: {NAME: {use: FILE}}" if root.all("model") else ""
-            )
-            raise SdfError(
-                f"the file of a world must contain one <world>, not {len(worlds)}", root.span, *filter(None, [advice])
-            )
+            advice = "to use a model as a robot or object, write robots: {NAME: {use: FILE}}"
+            text = f"the file of a world must contain one <world>, not {len(worlds)}"
+            raise SdfError(text, root.span, advice if root.all("model") else "")
         writer = GeomWriter(library, findings)
         made = _WorldWriter(files.scope(worlds[0], file), writer, findings, path).mjcf(packages)
     return made if len(findings.errors) == before else None
@@ -114,13 +111,10 @@ class _WorldWriter:
             if any(angles):
                 where += f", orientation: {{rpy_deg: [{', '.join(f'{angle:.6g}' for angle in angles)}]}}"
         name = printable(model.name)
-        self.findings.add(
-            "W302",
-            f"model {name!r} is left out: {_LEFT_OUT}",
-            model.element.span,
-            f"create a robot file: graphrun import-robot {quoted(self.path)} --model {quoted(name)} -o robots/NAME.yaml",
-            f"and add to the scene: robots: {{NAME: {{use: robots/NAME.yaml, {where}}}}}",
-        )
+        command = f"graphrun import-robot {quoted(self.path)} --model {quoted(name)} -o robots/NAME.yaml"
+        addition = f"and add to the scene: robots: {{NAME: {{use: robots/NAME.yaml, {where}}}}}"
+        text = f"model {name!r} is left out: {_LEFT_OUT}"
+        self.findings.add("W302", text, model.element.span, f"create a robot file: {command}", addition)
         return True
 
     def _bodies(self, model: Scope) -> Iterator[Element]:
@@ -160,20 +154,15 @@ class _WorldWriter:
     def _tell_unused(self, models: list[Scope]) -> None:
         element = self.world.element
         if tags := dict.fromkeys(child.tag for child in element.children if child.tag not in _CONVERTED):
-            what = listing(map(printable, tags), "not used")
-            self.findings.add(
-                "N103",
-                "only models, actors, lights, gravity and the place on Earth of the world are used",
-                element.span,
-                what,
-            )
+            text = "only models, actors, lights, gravity and the place on Earth of the world are used"
+            self.findings.add("N103", text, element.span, listing(map(printable, tags), "not used"))
         visuals = (visual for model in models for link in model.all_links() for visual in link.element.all("visual"))
         if image := next(filter(textured, visuals), None):
             self.findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", image.span)
 
 
 def _root(model: Scope) -> SdfFrame:
-    """Return the first link of a model that is not the child of a joint; the frame of the model if there is none."""
+    """Return the first link of a model that is not the child of a joint, by default the frame of the model."""
     carried = {fastened(joint)[1] for joint in model.all_joints()}
     return next((link for link in model.all_links() if link not in carried), model.frame)
 
@@ -194,12 +183,9 @@ def _rigid(model: Scope, links: list[SdfFrame]) -> Iterator[tuple[list[SdfFrame]
         if smaller is not larger:
             larger += smaller
             groups.update((link, larger) for link in smaller)
-    seen: set[int] = set()
     order = {link: number for number, link in enumerate(links)}
-    for group in groups.values():
-        if id(group) not in seen:
-            seen.add(id(group))
-            yield sorted(group, key=lambda link: order[link]), not bolted.isdisjoint(group)
+    for group in {id(group): group for group in groups.values()}.values():
+        yield sorted(group, key=order.__getitem__), not bolted.isdisjoint(group)
 
 
 def _inertial(link: SdfFrame) -> Element:

@@ -1,1 +1,1 @@
-"""URDF: `urdf_reader` and `link_parts` read it, and `urdf_writer` writes it."""
+"""Reads URDF, in `urdf_reader` and `link_parts`, and writes URDF, in `urdf_writer`."""

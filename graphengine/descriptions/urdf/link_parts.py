@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from graphengine.descriptions.files.xml import Element, number, numbers
 from graphengine.descriptions.robot_description import TERMS, Inertial
 from graphengine.descriptions.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.devices.rotation import NOWHERE, Pose, from_rpy
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, from_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 
@@ -17,24 +17,20 @@ MADE: Mapping[str, tuple[dict[str, int], Callable[..., Geometry]]] = {
     "sphere": ({"radius": 1}, Sphere),
     "capsule": ({"radius": 1, "length": 1}, Capsule),
 }
-"""Attributes of the element of each shape but a mesh, with their counts of numbers, and the geometry of these numbers."""
+"""For each shape but a mesh: the attributes with their counts of numbers, and a function from these numbers to the geometry."""
 SHAPES = (*MADE, "mesh")
+
+
+def triple(text: str) -> Vector3 | None:
+    """Return the three numbers of a text; None for any other text."""
+    values = numbers(text, 3)
+    return (values[0], values[1], values[2]) if values is not None else None
 
 
 def origin_of(element: Element) -> Pose | None:
     """Return the pose in the `origin` of an element, identity without an `origin`; None if a value is not a number."""
-    origin = element.first("origin")
-    if origin is None:
-        return NOWHERE
-    position, angles = numbers(origin.get("xyz", "0 0 0"), 3), numbers(origin.get("rpy", "0 0 0"), 3)
-    if position is None or angles is None:
-        return None
-    return (position[0], position[1], position[2]), from_rpy(*angles)
-
-
-def number_at(element: Element | None, attribute: str) -> float | None:
-    """Return the number in an attribute; None without the element or the attribute, or if it is not a number."""
-    return number(element.get(attribute)) if element is not None else None
+    position, angles = (triple(element.at("origin", name, "0 0 0")) for name in ("xyz", "rpy"))
+    return (position, from_rpy(*angles)) if position is not None and angles is not None else None
 
 
 def inertial_of(link: Element, findings: Findings) -> Inertial | None:
@@ -49,10 +45,8 @@ def inertial_of(link: Element, findings: Findings) -> Inertial | None:
         findings.add("S103", text, weight.place("value"))
         return None
     pose, inertia = origin_of(inertial) or NOWHERE, inertial.first("inertia")
-    if inertia is None:
-        return Inertial(mass, None, pose)
-    terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
-    if terms is None and not mass:  # the moments of a massless link are not used, so they may be illegal
+    terms = numbers(" ".join(inertial.at("inertia", term, "0") for term in TERMS), len(TERMS))
+    if inertia is None or (terms is None and not mass):  # a massless link may have illegal moments, which are not used
         return Inertial(mass, None, pose)
     if terms is None:
         text = f"link {link.get('name')!r}: the inertia must have six numbers, in kg m2"
@@ -63,7 +57,7 @@ def inertial_of(link: Element, findings: Findings) -> Inertial | None:
 
 
 def colours_by_name(root: Element) -> dict[str, Colour]:
-    """Return the colours of a description by material name. Materials of the root element precede those of visuals."""
+    """Return a dict from material names to colours. Materials of the root element take precedence over those of visuals."""
     materials = [*root.all("material"), *(element for element in root.walk() if element.tag == "material")]
     found: dict[str, Colour] = {}
     for material in materials:
@@ -73,8 +67,7 @@ def colours_by_name(root: Element) -> dict[str, Colour]:
 
 
 def _own_colour(material: Element) -> Colour | None:
-    colour = material.first("color")
-    values = numbers(colour.get("rgba"), 4) if colour is not None else None
+    values = numbers(material.at("color", "rgba"), 4)
     return (values[0], values[1], values[2], values[3]) if values is not None else None
 
 
@@ -88,9 +81,7 @@ def shapes_of(link: Element, colours: Mapping[str, Colour], findings: Findings) 
     """
     name = link.get("name")
     for index, part in enumerate(link.children):
-        if part.tag not in ("collision", "visual"):
-            continue
-        shape = _shape_of(part, name, findings)
+        shape = _shape_of(part, name, findings) if part.tag in ("collision", "visual") else None
         geometry = _geometry(shape, name, findings) if shape is not None else None
         material = part.first("material")
         colour = _own_colour(material) or colours.get(material.get("name")) if material is not None else None
@@ -117,8 +108,8 @@ def _shape_of(part: Element, link: str, findings: Findings) -> Element | None:
 def _geometry(shape: Element, link: str, findings: Findings) -> Geometry | None:
     """Return the geometry of the element of a shape; None after an error."""
     if shape.tag == "mesh":
-        scale = numbers(shape.get("scale", "1 1 1"), 3)
-        return Mesh(shape.get("filename"), (scale[0], scale[1], scale[2]), shape) if scale is not None else None
+        scale = triple(shape.get("scale", "1 1 1"))
+        return Mesh(shape.get("filename"), scale, shape) if scale is not None else None
     attributes, made = MADE[shape.tag]
     if absent := [attribute for attribute in attributes if attribute not in shape.attributes]:
         text = f"link {link!r}: <{shape.tag}> has no attribute {absent[0]!r}"

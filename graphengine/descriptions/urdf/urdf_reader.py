@@ -13,8 +13,7 @@ from graphengine.descriptions.files.xml import Element, number, numbers
 from graphengine.descriptions.link_tree import LEGAL, assembled
 from graphengine.descriptions.robot_description import MOVING, Bounds, Joint, Link, Mimic, RobotDescription
 from graphengine.descriptions.shapes import MAX_COLOUR
-from graphengine.descriptions.urdf.link_parts import MADE, colours_by_name, inertial_of, number_at, origin_of, shapes_of
-from graphengine.devices.rotation import Vector3
+from graphengine.descriptions.urdf.link_parts import MADE, colours_by_name, inertial_of, origin_of, shapes_of, triple
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 
@@ -26,7 +25,7 @@ _COUNTS = {
     "mesh": {"scale": 3},
     "color": {"rgba": 4},
 } | {tag: counts for tag, (counts, _) in MADE.items()}
-"""Required number of numbers in numeric attributes, by element tag and attribute name."""
+"""For each tag: the numeric attributes of its elements, and how many numbers each must have."""
 _SINGLE = {
     "link": ("inertial",),
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
@@ -34,7 +33,7 @@ _SINGLE = {
     "collision": ("origin", "geometry"),
     "visual": ("origin", "geometry"),
 }
-"""Tags of the child elements that an element can have only once, by its own tag; ROS reads the first of several."""
+"""For each tag: tags of the child elements that its elements can have only once; ROS reads the first of several."""
 _IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
 
 
@@ -61,29 +60,27 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> RobotDes
 
 
 def _leave_first_parts(owner: Element, findings: Findings) -> None:
-    """Remove repeated child elements of a link or joint that can have only one of them, as ROS does; keep the first."""
+    """Remove repeated child elements of a link or joint, and keep the first, where only one is legal (`_SINGLE`), as in ROS."""
     for element in owner.walk():
         for tag in _SINGLE.get(element.tag, ()):
             first, *more = element.all(tag) or [element]
             if more:
                 where = f" in <{element.tag}>" if element is not owner else ""
                 text = f"{owner.tag} {owner.get('name')!r}: only the first of {1 + len(more)} <{tag}>{where} counts"
-                findings.add(
-                    "N103", text, more[0].span, f"delete the other <{tag}>", related=[(first.span, "first here")]
-                )
+                related = [(first.span, "first here")]
+                findings.add("N103", text, more[0].span, f"delete the other <{tag}>", related=related)
                 element.children = [child for child in element.children if child not in more]
 
 
 def _leave_one_shape(link: Element, findings: Findings) -> None:
     """Remove all shapes but the first from each `geometry` of a link, as ROS does."""
     for part in link.all("collision") + link.all("visual"):
-        geometry = part.first("geometry")
-        if geometry is not None and len(geometry.children) > 1:
-            text = (
-                f"link {link.get('name')!r}: only the first of {len(geometry.children)} shapes in a <geometry> counts"
-            )
-            findings.add("N103", text, geometry.children[1].span, f"write a <{part.tag}> for each shape")
-            del geometry.children[1:]
+        for geometry in part.all("geometry")[:1]:
+            shapes, more = len(geometry.children), geometry.children[1:]
+            if more:
+                text = f"link {link.get('name')!r}: only the first of {shapes} shapes in a <geometry> counts"
+                findings.add("N103", text, more[0].span, f"write a <{part.tag}> for each shape")
+                del geometry.children[1:]
 
 
 def _joint(element: Element, findings: Findings) -> Joint | None:
@@ -92,22 +89,22 @@ def _joint(element: Element, findings: Findings) -> Joint | None:
         near = did_you_mean(kind, LEGAL) or listing(LEGAL)
         findings.add("S103", f"joint {name!r}: unknown type {kind!r}", element.place("type"), near)
         return None
-    parent, child = (end.get("link") if (end := element.first(tag)) is not None else "" for tag in ("parent", "child"))
-    pose, axis = origin_of(element), _axis(element)
+    parent, child = (element.at(tag, "link") for tag in ("parent", "child"))
+    pose, axis = origin_of(element), triple(element.at("axis", "xyz", "1 0 0"))
     length = math.hypot(*axis) if axis is not None else 0.0
     if pose is None or (not length and kind in MOVING):
         return None  # check_numbers has added an error
     stated = axis if axis is not None and length else (1.0, 0.0, 0.0)
-    limit, dynamics = element.first("limit"), element.first("dynamics")
-    lower, upper, effort, velocity = (number_at(limit, name) for name in ("lower", "upper", "effort", "velocity"))
-    bounds = Bounds(lower, upper, effort, velocity, limit)
-    losses = number_at(dynamics, "damping") or 0.0, number_at(dynamics, "friction") or 0.0
+    ends = ("lower", "upper", "effort", "velocity")
+    lower, upper, effort, velocity = (number(element.at("limit", end)) for end in ends)
+    bounds = Bounds(lower, upper, effort, velocity, element.first("limit"))
+    damping, friction = (number(element.at("dynamics", name)) or 0.0 for name in ("damping", "friction"))
     mimic = _mimic(element) if kind in MOVING else None
-    return Joint(name, kind, parent, child, pose, element, stated, bounds, losses, mimic)
+    return Joint(name, kind, parent, child, pose, element, stated, bounds, (damping, friction), mimic)
 
 
 def _mimic(joint: Element) -> Mimic | None:
-    """Return the mimic law of a joint, in which NaN stands for what is not a number; None if it has none."""
+    """Return the mimic law of a joint, with NaN for texts that are not numbers; None if the joint has no `mimic`."""
     element = joint.first("mimic")
     if element is None:
         return None
@@ -116,15 +113,8 @@ def _mimic(joint: Element) -> Mimic | None:
     return Mimic(element.get("joint"), multiplier, offset, element)
 
 
-def _axis(joint: Element) -> Vector3 | None:
-    """Return the axis of a joint as it is stated, x by default; None if it is not three numbers."""
-    axis = joint.first("axis")
-    values = numbers(axis.get("xyz", "1 0 0"), 3) if axis is not None else (1.0, 0.0, 0.0)
-    return (values[0], values[1], values[2]) if values is not None else None
-
-
 def check_numbers(owner: Element, findings: Findings) -> None:
-    """Add an error for each attribute below a link, joint or material that must be numeric and is not."""
+    """Add an error for each numeric attribute below a link, joint or material whose text is not legal."""
     for part in owner.walk():
         for attribute, count in _COUNTS.get(part.tag, {}).items():
             text = part.get(attribute)

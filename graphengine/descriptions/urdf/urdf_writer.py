@@ -1,20 +1,20 @@
-"""Writes links and joints as URDF: those of descriptions in other formats, and changes by robot files."""
+"""Writes URDF: descriptions in other formats, and URDF descriptions that robot files have changed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from graphengine.descriptions.files.xml import Element, document_text
+from graphengine.descriptions.files.xml import Element, document_text, number
 from graphengine.descriptions.robot_description import TERMS, Inertial, Joint, Link, RobotDescription
 from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere, kind_of
-from graphengine.descriptions.urdf.link_parts import number_at, origin_of
+from graphengine.descriptions.urdf.link_parts import origin_of
 from graphengine.devices.rotation import NOWHERE, Pose, to_rpy
 from graphengine.format.diagnostics import Span
 
 
 def description_text(description: RobotDescription) -> str:
-    """Return the text of a description as URDF, with the present positions, limits and types of its joints."""
+    """Return a description as URDF text, with the current positions, limits and types of its joints."""
     now = {joint.element: _as_now(joint) for joint in description.joints.values()}
     root = replace(description.element, children=[now.get(child, child) for child in description.element.children])
     return document_text(root)
@@ -25,8 +25,8 @@ def _as_now(joint: Joint) -> Element:
     element, changes = joint.element, dict[str, dict[str, str]]()
     if (origin_of(element) or NOWHERE)[0] != joint.pose[0]:
         changes["origin"] = {"xyz": _numbers(joint.pose[0])}
-    limit, ends = element.first("limit"), {"lower": joint.bounds.lower, "upper": joint.bounds.upper}
-    if any(number_at(limit, name) != end for name, end in ends.items()):
+    ends = {"lower": joint.bounds.lower, "upper": joint.bounds.upper}
+    if any(number(element.at("limit", name)) != end for name, end in ends.items()):
         changes["limit"] = {name: repr(end) for name, end in ends.items()}
     children = [replace(each, attributes=each.attributes | changes.pop(each.tag, {})) for each in element.children]
     for tag, attributes in changes.items():
@@ -39,8 +39,8 @@ def as_urdf(
 ) -> Element:
     """Return the `robot` element of a description.
 
-    The elements of links and joints get their content. Each joint follows the links that it connects, so that the tree can be
-    read from top to bottom.
+    The content of the links and joints is written into their elements. Each joint follows the links that it connects; the tree
+    can be read from top to bottom.
 
     Args:
         name: name of the robot.
@@ -81,9 +81,8 @@ def _shape(shape: Shape) -> Element:
     shape.element.children = [_origin(shape.pose, span), Element("geometry", {}, span, [geometry])]
     if shape.colour is not None:
         rgba = _numbers(shape.colour)  # RViz uses one colour for all materials with the same name
-        shape.element.children.append(
-            Element("material", {"name": rgba}, span, [Element("color", {"rgba": rgba}, span)])
-        )
+        colour = Element("color", {"rgba": rgba}, span)
+        shape.element.children.append(Element("material", {"name": rgba}, span, [colour]))
     return shape.element
 
 

@@ -1,1 +1,1 @@
-"""Expands xacro: `xacro_process` confined, `xacro_expressions` in the place of Python's `eval`, `dom` with source locations."""
+"""Expands xacro in a confined process, with restricted expressions in place of Python's `eval`, and with source locations."""

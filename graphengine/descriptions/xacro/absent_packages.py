@@ -13,15 +13,15 @@ from graphengine.format.wording import listing, printable, quoted
 SCHEME = "package://"
 """Prefix of the text `package://NAME`, to which `$(find NAME)` expands if the package NAME is missing.
 
-A file that only mentions the package, without including a file of it, can thus still be expanded.
+Thus a file can be expanded that only mentions the package, and includes no file of the package.
 """
 MAX_NAMED = 100
-"""Maximum number of reported missing packages, of reported included files for each, and of reported unknown macros."""
+"""Maximum number of missing packages, of included files of each, and of unknown macros that are reported."""
 
 
 @dataclass(slots=True)
 class AbsentPackage:
-    """A package that is not found, or that the user leaves out with `--without`.
+    """A package that is missing, or that the user leaves out with `--without`.
 
     Attributes:
         name: name of the package.

@@ -20,7 +20,7 @@ _TEXT = re.compile("[\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]*")
 
 
 class UnwritableError(Exception):
-    """The expanded document contains something that XML cannot represent, or is nested too deeply; `node` is the place."""
+    """The expanded document has an element that XML cannot represent, or that is nested too deeply: `node`."""
 
     def __init__(self, message: str, node: minidom.Element) -> None:
         super().__init__(message)
@@ -64,7 +64,7 @@ def elements(node: minidom.Element, above: Span, depth: int = 1) -> Iterator[tup
 
     Args:
         node: DOM node.
-        above: source location for nodes that have none of their own.
+        above: source location for nodes without a source location.
         depth: depth of the node.
 
     Raises:

@@ -58,7 +58,7 @@ class Expanded:
 def is_xacro(path: Path, root: Element) -> bool:
     """Return whether a description must be expanded by xacro.
 
-    It must if its file name ends in `.xacro`, or if it contains xacro elements or substitutions. SDF counts only by its name.
+    It must if its file name ends in `.xacro`, or if it contains xacro elements or substitutions; for SDF, only the name counts.
     """
 
     def holds(element: Element) -> bool:
@@ -129,8 +129,8 @@ def _ask(
 ) -> Expanded:
     """Run the process that expands a file, and return its response.
 
-    In a sourced ROS workspace, the process may read only packages that the files name. Whenever it meets another package, it
-    ends, and is run again with the location of that package.
+    In a sourced ROS workspace, the process may read only packages that the files name. If it needs another package, it ends, and
+    is run again with the location of this package.
 
     Raises:
         ProcessError: the process fails, or takes too long.

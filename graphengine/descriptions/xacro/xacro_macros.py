@@ -1,4 +1,4 @@
-"""Finds xacro macros that define robots, and generates the xacro file that calls one of them."""
+"""Finds xacro macros that define robots, and generates xacro files that call a macro."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PARAMETER = re.compile(r"""([^\s:=]+)(?:\s*:?=\s*((?:'[^']*'|"[^"]*"|[^\s'"])*)
 """Matches the name of a macro parameter and its default, as in `name`, `name:=value` and `name:=^|'a value'`."""
 _NAME = re.compile(r"[A-Za-z_][\w.:-]*")
 _BLOCK = "*"
-"""Prefix of the name of a block parameter, whose value is an element inside the call."""
+"""Prefix of the name of a block parameter; the value of a block parameter is an element inside the call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ def _outside_macros(root: Element) -> Iterator[Element]:
 def choose_macro(
     root: Element, wanted: str | None, arguments: Collection[str], findings: Findings
 ) -> RobotMacro | None:
-    """Return the macro that defines the robot; None if the file creates the robot itself, or after some errors.
+    """Return the macro that defines the robot; None if the file creates the robot itself, or if no macro can be chosen.
 
     Args:
         root: root element of the file.
@@ -88,9 +88,8 @@ def choose_macro(
     needed = [key for key, value in macro.parameters.items() if value is None] if macro is not None else []
     if macro is not None and (missing := [name for name in needed if name not in arguments]):
         text = f"the macro {macro.name!r} needs a value of {', '.join(map(repr, missing))}"
-        findings.add(
-            "S103", text, macro.span, f"add to the command: {' '.join(f'{printable(name)}:=…' for name in missing)}"
-        )
+        values = " ".join(f"{printable(name)}:=…" for name in missing)
+        findings.add("S103", text, macro.span, f"add to the command: {values}")
     return macro
 
 
@@ -118,7 +117,7 @@ def wrapper(
         name: name of the robot.
         arguments: values of the macro's parameters and of the file's arguments, by name.
         packages: known ROS packages; if one of them contains `path`, the include refers to this package.
-        complete: whether values of the file's arguments are written too, not only those of the macro's parameters.
+        complete: whether values of the file's arguments are written in addition to values of the macro's parameters.
     """
     others = {key: value for key, value in arguments.items() if key not in macro.parameters} if complete else {}
     given = {key: value for key, value in arguments.items() if key in macro.parameters}
@@ -148,7 +147,7 @@ def _tag(name: str, attributes: dict[str, str], macro: RobotMacro) -> str:
 
 
 def literal(value: str) -> str:
-    """Return the text with `$(` and `${` escaped, so that xacro expands it to the text itself."""
+    """Return the text with `$(` and `${` escaped; xacro expands the result to the text."""
     return value.replace("$(", "$$(").replace("${", "$${")
 
 

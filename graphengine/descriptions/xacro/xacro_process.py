@@ -1,8 +1,8 @@
 """The confined process in which xacro expands a file: it reads one request from stdin and writes one response to stdout.
 
 xacro was written for trusted files. Here `xacro_expressions` evaluates expressions, only files that the caller may read can be
-read, and environment variables are empty. Each element keeps its source location through macros and includes, so that errors
-refer to the right line.
+read, and environment variables are empty. Each element keeps its source location through macros and includes, and errors refer
+to this location.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class Expansion:
         path: path of the xacro file.
         arguments: values of its `xacro:arg` elements, by name.
         packages: resolve `$(find …)`, and decide which files may be read.
-        found: folder of each package that the caller found, or else lines of a message why it was not found, by package name.
-            None if `packages` shall search for packages in this process.
+        found: a dict from package names to the folder that the caller found, or else to lines of a message why it found none.
+            None if `packages` searches for packages in this process.
         text: content of the file; by default it is read from `path`.
         without: names of packages to treat as missing.
     """
@@ -69,7 +69,7 @@ class Expansion:
         self.packages = packages
         self.findings = Findings()
         self.node: minidom.Element | None = None
-        """The element that xacro processed last, as the place of an error."""
+        """The element that xacro processed last; errors get its source location."""
         self.calls: list[minidom.Element] = []
         """The macro calls that are being processed, outermost first."""
         self.known: dict[str, str | None] = {}

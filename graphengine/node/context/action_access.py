@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar, Unpack
 
@@ -10,7 +9,6 @@ from graphengine.format.errors import ContextError
 from graphengine.messages import goals, names
 from graphengine.messages.action_client import ActionClient, ClientEndpoints
 from graphengine.messages.actions import ActionServer, ServerEndpoints
-from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import qos_json
 from graphengine.node.clock import Clock
 from graphengine.node.context.endpoint_access import OwnedEndpoints, ServiceOptions
@@ -36,30 +34,16 @@ class OwnedActions(OwnedEndpoints):
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
         """
-        first, network, clock = len(self._closing), self._services.network, self.clock
-        service, topic = self._parts(action_type, action, options)
-        endpoints = ServerEndpoints(
-            service(self.service_server, "send_goal"),
-            service(self.service_server, "cancel_goal"),
-            service(self.service_server, "get_result"),
-            topic("publish", network.publisher, "feedback", goals.FEEDBACK_QOS),
-            topic("publish", network.publisher, "status", goals.STATUS_QOS),
-        )
+        first, clock = len(self._closing), self.clock
+        endpoints = ServerEndpoints(*self._endpoints(action_type, action, options, serves=True))
         full = names.action_of(endpoints.send_goal.service)
-        made = ActionServer(full, action_type, endpoints, lambda: clock.time, network.definitions)
+        made = ActionServer(full, action_type, endpoints, lambda: clock.time, self._services.network.definitions)
         return self._hold(ActionServer, made, first)
 
     def action_client(self, action_type: str, action: str, **options: Unpack[ServiceOptions]) -> ActionClient:
         """Create an action client. The arguments and the exceptions are those of `action_server`."""
         first, network = len(self._closing), self._services.network
-        service, topic = self._parts(action_type, action, options)
-        endpoints = ClientEndpoints(
-            service(self.service_client, "send_goal"),
-            service(self.service_client, "cancel_goal"),
-            service(self.service_client, "get_result"),
-            topic("subscribe", network.subscription, "feedback", goals.FEEDBACK_READER_QOS),
-            topic("subscribe", network.subscription, "status", goals.STATUS_QOS),
-        )
+        endpoints = ClientEndpoints(*self._endpoints(action_type, action, options, serves=False))
         full = names.action_of(endpoints.send_goal.service)
         made = ActionClient(full, action_type, endpoints, network.definitions, self.prim_path, network.identity)
         return self._hold(ActionClient, made, first)
@@ -72,38 +56,36 @@ class OwnedActions(OwnedEndpoints):
         """
         servers = [one for one in self._services.actions if isinstance(one, ActionServer) and one.handle == handle]
         if not servers:
-            raise ContextError(
-                f"no action server has the handle {handle}", handle, "wire serverHandle from a ROS2ActionServerGoal"
-            )
+            remedy = "wire serverHandle from a ROS2ActionServerGoal"
+            raise ContextError(f"no action server has the handle {handle}", handle, remedy)
         return servers[-1]
 
-    def _parts(
-        self, action_type: str, action: str, options: ServiceOptions
-    ) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """Return two functions: the first creates a service of the action, the second a topic endpoint.
+    def _endpoints(self, action_type: str, action: str, options: ServiceOptions, *, serves: bool) -> list[Any]:
+        """Create the endpoints of an action, in the order of the fields of `ServerEndpoints` and of `ClientEndpoints`.
 
-        Both take the role of the endpoint in the action, such as `send_goal` or `feedback`.
+        Args:
+            action_type: ROS 2 name of the action type.
+            action: name of the action in its namespace.
+            options: options of the services.
+            serves: whether the endpoints are those of a server.
         """
         names.full_topic(options.get("namespace", ""), action, "action name")
-        parts = goals.parts(names.strip(action), action_type)
-
-        def service(open_service: Callable[..., Any], role: str) -> Any:
-            return open_service(parts[role].message_type, parts[role].name, **options)
-
-        def topic(direction: str, open_topic: Callable[..., Any], role: str, quality: QoS) -> Any:
+        parts, network = goals.parts(names.strip(action), action_type), self._services.network
+        open_service = self.service_server if serves else self.service_client
+        roles = [parts[role] for role in ("send_goal", "cancel_goal", "get_result")]
+        made: list[Any] = [open_service(part.message_type, part.name, **options) for part in roles]
+        feedback = goals.FEEDBACK_QOS if serves else goals.FEEDBACK_READER_QOS
+        for part, quality in ((parts["feedback"], feedback), (parts["status"], goals.STATUS_QOS)):
             chosen: dict[str, Any] = {"collects_namespace": False, **options, "qos_profile": qos_json(quality)}
-            claim = self._claim(direction, parts[role].message_type, parts[role].name, **chosen)
-            end = open_topic(claim)
-            self._closing.append(end.close)
-            return end
-
-        return service, topic
+            claim = self._claim("publish" if serves else "subscribe", part.message_type, part.name, **chosen)
+            made.append(self._own(network.publisher(claim)) if serves else self._own(network.subscription(claim)))
+        return made
 
     def _hold(self, kind: type[A], made: A, first: int) -> A:
         """Register the node as a holder of the action, and return the action.
 
-        If an action with the same endpoints exists, because the graph is being reloaded, it is returned in place of `made`. The
-        node releases the action before it destroys the endpoints; their entries in `_closing` begin at index `first`.
+        If an action with the same endpoints exists, because the graph is being reloaded, this action is returned instead of
+        `made`. The node releases the action before it destroys the endpoints, whose entries in `_closing` begin at index `first`.
         """
         actions = self._services.actions
         held = next((one for one in actions if isinstance(one, kind) and one.has(made.endpoints)), None)

@@ -144,6 +144,5 @@ class Context(WorldHandles, OwnedActions, Shared):
         """Count this tick as one in which the node dropped a message; at counts 1, 2, 4, 8, …, log a warning."""
         dropped = self._services.dropped
         if dropped is None or dropped.add(self.prim_path, self.clock.frame):
-            self._services.warn(
-                self.prim_path, message + (dropped.earlier(self.prim_path) if dropped is not None else "")
-            )
+            earlier = dropped.earlier(self.prim_path) if dropped is not None else ""
+            self._services.warn(self.prim_path, message + earlier)

@@ -88,11 +88,8 @@ class WorldHandles:
         found = self._find(prim)
         if not any(ancestor.body is not None for ancestor in found.ancestors()):
             bodies = [p.path for p in found.descendants() if p.body is not None]
-            raise PrimError(
-                f"{prim!r} is a {found.kind}, and neither it nor a prim above it has a rigid body",
-                prim,
-                listing(bodies[:5], "bodies below it") if bodies else "",
-            )
+            text = f"{prim!r} is a {found.kind}, and neither it nor a prim above it has a rigid body"
+            raise PrimError(text, prim, listing(bodies[:5], "bodies below it") if bodies else "")
         return self._services.world.body(found)
 
     def frame(self, prim: str) -> Frame:
@@ -107,7 +104,7 @@ class WorldHandles:
         return self._services.world.placement(self._find(prim))
 
     def conveyor(self, prim: str) -> Surface:
-        """Return a handle that sets the surface velocity of a body or link, so that it acts as a conveyor belt.
+        """Return a handle that sets the surface velocity of a body or link; the surface then acts as a conveyor belt.
 
         Raises:
             PrimError: the prim is not a rigid body, or a joint moves the body.
@@ -116,9 +113,8 @@ class WorldHandles:
         found = self._find(prim)
         if found.body is None:
             bodies = [p.path for p in self._services.stage.prims() if p.body is not None and p.kind in ("body", "link")]
-            raise PrimError(
-                f"{prim!r} is {_named(found.kind)}, which has no rigid body", prim, listing(bodies, "bodies")
-            )
+            text = f"{prim!r} is {_named(found.kind)}, which has no rigid body"
+            raise PrimError(text, prim, listing(bodies, "bodies"))
         robot = self._services.stage.robot_of(found)
         if found.facts.get("jointed") or (robot is not None and found.path in robot.facts.get("moving_links", ())):
             advice = "a conveyor must be fixed to the world or to another body; remove the joint"
@@ -195,16 +191,14 @@ class WorldHandles:
     def robot_description(self, prim: str) -> RobotDescription:
         """Return the URDF and the joint transforms of a robot; `prim` is its root prim, base link or articulation root."""
         robot = self._robot(prim)
-        stage = self._services.stage
+        stage, frame = self._services.stage, self._services.world.frame
         links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
-        moving = expand(stage, links, None, self._services.world.frame)
+        moving = expand(stage, links, None, frame)
         name = partial(full_frame, stage, prefix=prim_prefix(stage, robot))
         joints = robot.facts.get("fixed_transforms", ())
         fixed = tuple((name(parent), name(child), place, turn) for parent, child, place, turn in joints)
         carried = tuple(
-            FrameLink(
-                name(link.parent.frame_name), edge.child_name, self._services.world.frame(link.parent), edge.child
-            )
+            FrameLink(name(link.parent.frame_name), edge.child_name, frame(link.parent), edge.child)
             for link, edge in zip(links, moving, strict=True)
             if link.parent is not None
         )
@@ -261,11 +255,8 @@ class WorldHandles:
 
     def _expect_ticks(self, found: Device) -> None:
         if self.runs == "physics_step":
-            raise ContextError(
-                f"{found.title} is sampled once a tick, but this graph runs at every physics step",
-                None,
-                "move the node to a graph with `runs: tick`",
-            )
+            text = f"{found.title} is sampled once a tick, but this graph runs at every physics step"
+            raise ContextError(text, None, "move the node to a graph with `runs: tick`")
 
     def kind(self, prim: str) -> PrimKind:
         """Return the kind of a prim, such as `lidar`; for the path of a render product, the kind of its sensor."""
@@ -322,9 +313,8 @@ class WorldHandles:
 
     def _camera_of(self, product: RenderProduct) -> ProductCamera:
         if not product.prim:
-            raise ContextError(
-                "the viewport shows no camera", None, "execute an IsaacSetCameraOnRenderProduct node first"
-            )
+            remedy = "execute an IsaacSetCameraOnRenderProduct node first"
+            raise ContextError("the viewport shows no camera", None, remedy)
         own = self._camera(product.prim, product.size)
         if product.camera is None:
             product.camera = ProductCamera(own)
@@ -334,7 +324,7 @@ class WorldHandles:
         return self._services.world.device(Camera, self._find(prim, "camera"), size=size)
 
     def stage(self) -> Prims:
-        """Return an object that lists the prims of the stage, and reads and writes their attributes."""
+        """Return access to the prims of the stage and to their attributes."""
         return Prims(self._services.world)
 
     def attribute(self, prim: str, name: str, *, writable: bool = False) -> PrimAttribute:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
-from typing import Any, TypedDict, Unpack
+from typing import Any, TypedDict, TypeVar, Unpack
 
 from graphengine.format.errors import ContextError, TopicError
 from graphengine.messages import names, qos
@@ -12,6 +12,8 @@ from graphengine.messages.endpoints import EndpointClaim, Publisher, ServiceClie
 from graphengine.node.context.frame_names import frame_prefix, full_frame
 from graphengine.node.context.published_transform import PublishedTransform
 from graphengine.node.context.session_services import Services
+
+E = TypeVar("E", Publisher, Subscription, ServiceClient)
 
 
 class EndpointOptions(TypedDict, total=False):
@@ -63,8 +65,13 @@ class OwnedEndpoints:
         self._servers = 0
 
     def when_closed(self, function: Callable[[], None]) -> None:
-        """Register a function to be called once: before the node is set up again, or when it is removed."""
+        """Register a function that is called once: before the node is set up again, or when the node is removed."""
         self._closing.append(function)
+
+    def _own(self, endpoint: E) -> E:
+        """Return an endpoint, after registering that `close` destroys it."""
+        self._closing.append(endpoint.close)
+        return endpoint
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
         """Return the handle of a ROS 2 domain: the domain ID plus 1. The handle 0 means the session's own domain.
@@ -97,7 +104,7 @@ class OwnedEndpoints:
         latched: bool = False,
         **facts: Any,
     ) -> EndpointClaim:
-        """Register the claim of one endpoint, which declares its name, type and QoS, and return it; `close` removes the claim."""
+        """Register and return the claim of one endpoint: its name, type and QoS. `close` removes the claim."""
         is_service = direction in ("serve", "call")
         quality = qos.parse_qos(qos_profile, queue_size, latched)
         if outermost_namespace and self._services.stage.global_tf:
@@ -114,7 +121,7 @@ class OwnedEndpoints:
         return claim
 
     def _withdraw_claim(self, claim: EndpointClaim) -> None:
-        """Remove this claim. During a reload, the replaced node may have an equal claim, so claims are compared by identity."""
+        """Remove this claim. Claims are compared by identity: during a reload, the replaced node may have an equal claim."""
         claims = self._services.claims
         del claims[next(index for index, one in enumerate(claims) if one is claim)]
 
@@ -161,15 +168,12 @@ class OwnedEndpoints:
             "transforms": tuple((name(parent), name(child)) for parent, child in transforms),
         }
         claim = self._claim("publish", message_type, topic, namespace_from, latched=latched, **options, **facts)
-        publisher = self._services.network.publisher(claim)
-        self._closing.append(publisher.close)
-        return publisher
+        return self._own(self._services.network.publisher(claim))
 
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
-        """Return an object that reads a transform which another node of this session publishes.
+        """Return a reader of a transform that another node of this session publishes.
 
-        The object reads only the messages of publishers that have the same topic and ROS domain as `beside`, a publisher of the
-        calling node.
+        The reader takes messages only from publishers with the topic and ROS domain of `beside`, a publisher of the calling node.
 
         Args:
             beside: attribute `claim` of the node's own publisher, which describes its topic and domain.
@@ -187,7 +191,7 @@ class OwnedEndpoints:
         Args:
             frame: name of the frame.
             namespace_from: path of the prim at which the search for the namespace starts; empty: start at the node's prim.
-            namespace: namespace to use if neither this prim nor an ancestor of it has one.
+            namespace: namespace to use if neither this prim nor any of its ancestors has one.
         """
         stage = self._services.stage
         return str(full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace)))
@@ -204,9 +208,7 @@ class OwnedEndpoints:
             options: see `TopicOptions`.
         """
         claim = self._claim("subscribe", message_type, topic, **options, alternatives=tuple(alternatives))
-        subscription = self._services.network.subscription(claim)
-        self._closing.append(subscription.close)
-        return subscription
+        return self._own(self._services.network.subscription(claim))
 
     def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
         """Create a service server.
@@ -235,9 +237,7 @@ class OwnedEndpoints:
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
         """Create a service client. The arguments and the exceptions are those of `service_server`."""
-        client = self._services.network.client(self._claim("call", service_type, service, **options))
-        self._closing.append(client.close)
-        return client
+        return self._own(self._services.network.client(self._claim("call", service_type, service, **options)))
 
     def server(self, handle: int) -> ServiceServer:
         """Return the service server with this handle. It may belong to any node of the session.
@@ -246,9 +246,6 @@ class OwnedEndpoints:
             ContextError: no service server has the handle.
         """
         if handle not in self._services.servers:
-            raise ContextError(
-                f"no service server has the handle {handle}",
-                handle,
-                "wire serverHandle from a ROS2ServiceServerRequest",
-            )
+            remedy = "wire serverHandle from a ROS2ServiceServerRequest"
+            raise ContextError(f"no service server has the handle {handle}", handle, remedy)
         return self._services.servers[handle][-1]

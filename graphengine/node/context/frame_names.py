@@ -4,9 +4,9 @@ The key `tf` of a scene selects the mode. With `tf: global`, a robot's frame `ba
 as with the parameter `frame_prefix` of robot_state_publisher. With `tf: namespaced`, frame names have no prefix, and the
 namespace is part of the topic name instead, as in `/dd100_0000/tf`.
 
-The prefix is the namespace of the outermost ancestor prim that has one; if no ancestor has a namespace, it is the `nodeNamespace`
-of the publishing node. For a frame that is a prim, the ancestors of this prim count; for other frames, those of the publishing
-node.
+The prefix is the namespace of the outermost ancestor prim that has one; if no ancestor has a namespace, it is the
+`nodeNamespace` of the publishing node. For a frame that is a prim, the ancestors of this prim count; for other frames, the
+ancestors of the publishing node.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ class RenderProduct(Stateful):
     """The camera object that all nodes share; None until a node requests it."""
 
     def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
-        """Return the prim path, the camera object that all nodes share, and the camera whose images this object shows now."""
+        """Return the prim path, the shared camera object, and the camera to which the camera object forwards its calls now."""
         return self.prim, self.camera, self.camera.source if self.camera is not None else None
 
     def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:
@@ -31,7 +31,7 @@ class RenderProduct(Stateful):
             self.camera.show(source)
 
     def reset(self) -> None:
-        """Let the camera object forward its calls to the original camera again, if nodes use this object."""
+        """Let the camera object, if there is one, forward its calls to the original camera again."""
         if self.camera is not None:
             self.camera.show(self.camera.own)
 

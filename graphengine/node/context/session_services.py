@@ -36,7 +36,7 @@ class Services:
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[EndpointClaim] = field(default_factory=list)
     servers: dict[int, list[ServiceServer]] = field(default_factory=dict)
-    """Service servers by handle. During a reload, a handle can have two; the last one belongs to the new node and is used."""
+    """Service servers of each handle: usually one. During a reload there can be two; the last belongs to the new node."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
     """Handles of service servers, by prim path of the node and index of the server. A new setup of the node keeps its handles."""
     actions: list[ActionServer | ActionClient] = field(default_factory=list)
@@ -52,7 +52,7 @@ class Services:
     disturbed: bool = False
     """Whether a command has moved or pushed a body since the world was last in its initial state."""
     started: bool = False
-    """Whether the session has started: the values of graphs that are added from now on were set while it runs."""
+    """Whether the session has started. Values of graphs that are added later count as set while the session runs."""
 
     @property
     def stage(self) -> Stage:

@@ -66,10 +66,10 @@ def _fixed(stage: Stage, parent: Prim | None, child: Prim) -> Pose | None:
 
 
 def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
-    """Return the prim that carries the given prim, and the given prim's pose in its frame.
+    """Return the carrier of a prim, None for the world, and the pose of the prim in the carrier's frame.
 
     In a robot, the carrier is the nearest moving link or base link, from the prim itself upwards; elsewhere, it is the nearest
-    rigid body. None stands for the world.
+    rigid body.
     """
     robot = stage.robot_of(prim)
     moved = {robot.facts.get("base_link"), *robot.facts.get("moving_links", ())} if robot is not None else set[str]()

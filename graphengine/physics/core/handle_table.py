@@ -27,6 +27,8 @@ class Handle(Stateful, Generic[S]):
     """Reads the samples of a sensor; None for other handles."""
     output: Output | None = None
     """Output of a sensor while a fault acts on it; None without a fault."""
+    released = False
+    """Whether the table has released the handle; the handle may then belong to an earlier model."""
 
     def __init__(self, simulation: S, prim: Prim) -> None:
         self._simulation = simulation
@@ -54,7 +56,7 @@ class Handle(Stateful, Generic[S]):
         """
 
     def see_forces(self) -> None:
-        """Observe the contact forces of a physics step; body poses are still those before the step."""
+        """Observe the contact forces of a physics step; the body poses are still the poses before the step."""
 
     def see_motion(self) -> None:
         """Observe the state after a physics step."""
@@ -67,15 +69,17 @@ H = TypeVar("H", bound=Handle[Any])
 
 
 class HandleTable:
-    """The handles of a simulation, by handle class and key.
+    """The handles of a simulation; a handle is found by its class and key.
 
     Attributes:
         watching: handles whose `sees_steps` is true.
+        feeling: those of `watching` that observe contact forces.
     """
 
     def __init__(self, simulation: object) -> None:
         self._simulation = simulation
         self.watching: list[Handle[Any]] = []
+        self.feeling: list[Handle[Any]] = []
         self._handles: dict[tuple[type[Handle[Any]], str], Handle[Any]] = {}
 
     def find(self, kind: type[H], prim: Prim, **options: Any) -> H:
@@ -90,8 +94,13 @@ class HandleTable:
     def forget(self, prim_path: str) -> None:
         """Release the handles of a prim and of all prims below it."""
         for key in [key for key in self._handles if at_or_below(key[1], prim_path)]:
-            self._handles.pop(key).reset()
+            self._release(key)
         self._changed()
+
+    def _release(self, key: tuple[type[Handle[Any]], str]) -> None:
+        handle = self._handles.pop(key)
+        handle.reset()
+        handle.released = True
 
     def advance(self, faults: Faults) -> None:
         """Determine the outputs of all sensors with faults in this tick."""
@@ -106,7 +115,7 @@ class HandleTable:
     def restore(self, saved: Mapping[tuple[type[Handle[Any]], str], Any]) -> None:
         """Restore the states of all handles. Handles that did not exist at `save` are released; `find` creates them again."""
         for key in [key for key in self._handles if key not in saved]:
-            self._handles.pop(key).reset()
+            self._release(key)
         for key, handle in self._handles.items():
             handle.restore(saved[key])
         self._changed()
@@ -125,9 +134,10 @@ class HandleTable:
 
     def clear(self) -> None:
         """Release all handles."""
-        self.reset()
-        self._handles.clear()
+        for key in list(self._handles):
+            self._release(key)
         self._changed()
 
     def _changed(self) -> None:
         self.watching = [handle for handle in self._handles.values() if handle.sees_steps]
+        self.feeling = [handle for handle in self.watching if type(handle).see_forces is not Handle.see_forces]

@@ -26,7 +26,8 @@ def robot_reset(
 ) -> Iterator[None]:
     """Set the joints of a robot to their initial state; after the `with` block, reset commands, pushes and sensors as well.
 
-    All velocities become zero. If the block, which can place the robot elsewhere, raises an error, nothing has changed.
+    All velocities become zero. The block can place the robot elsewhere. If the block raises an error, the simulation is
+    unchanged.
 
     Raises:
         PhysicsError: MuJoCo cannot compute poses for these joint positions; nothing has changed.
@@ -34,8 +35,9 @@ def robot_reset(
     Args:
         simulation: the simulation.
         robot: prim of the robot.
-        joints: positions of joints that do not mimic others, rad or m, by name; other joints return to their initial positions.
-        keyframe: keyframe of the robot's own model, in place of the initial state; None for the initial state.
+        joints: a dict from the name of a joint that does not mimic another one to its position, rad or m; other joints return to
+            their initial positions.
+        keyframe: keyframe of the robot's own model, instead of the initial state; None for the initial state.
     """
     prefix, model, before = f"{robot.entity_name}/", simulation.model, copy.copy(simulation.data)
     start = simulation.initial_state()

@@ -1,4 +1,4 @@
-"""The core of a simulation, which handles and sensors use: its steps, resets and checkpoints."""
+"""Steps, resets, saves and restores a simulation. Handles and sensors use this class."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class SavedState:
         gravity: acceleration of free fall in the world frame, m/s2.
         parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces, welds and faults.
         surfaces: names of the bodies that have moving surfaces.
-        handles: states of the handles (such as sensor samples), by handle class and key.
-        held: coordinates of the bodies that are held at their poses, by path of the placed prim.
+        handles: state of each handle, for example sensor samples; the keys are handle class and handle key.
+        held: a dict from the path of a placed prim to the coordinates at which its body is held.
     """
 
     counts: Any
@@ -126,7 +126,7 @@ class SimulationCore(SimulationModel):
         self.steps += 1
         try:
             mujoco.mj_step2(self.model, self.data)
-            for handle in self.handles.watching:
+            for handle in self.handles.feeling:
                 handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces are not computed yet
             for body in self.held.values():
                 body.hold()
@@ -148,7 +148,7 @@ class SimulationCore(SimulationModel):
             handle.see_motion()
 
     def begin_tick(self, tick: int) -> None:
-        """Set the number of the current tick, which determines `time` and which sensors have a new sample."""
+        """Set the number of the current tick. The number determines `time`, and the sensors that have a new sample."""
         self.tick = tick
         if self.faults.begin_tick():
             self.handles.advance(self.faults)
@@ -180,12 +180,12 @@ class SimulationCore(SimulationModel):
         self.handles.reset()
 
     def _refresh_movers(self) -> None:
-        """Move the movers to their places at this time, and compute the poses and contacts of the new state."""
+        """Move the movers to their poses at this time, and compute the poses and contacts of all bodies."""
         self.movers.hold(self.steps, self.seed)
         begin_step(self.model, self.data, self._directed)
 
     def _release_bodies(self) -> None:
-        """Release all bodies that handles or welds hold, so that the model is as it was compiled."""
+        """Release all bodies that handles or welds hold. The model then equals the compiled model."""
         for body in self.held.values():
             body.soften()
         self.held.clear()
@@ -226,7 +226,7 @@ class SimulationCore(SimulationModel):
             self._mounts.carry_over(model)
             self.rebind(model, initial_data(model, self.stage))
         super().restore(saved.counts)
-        self.movers.due = 0
+        self.movers.schedule(self.steps, self.seed)
         self.model.opt.gravity = saved.gravity
         self._frictions.put_back(self.model)
         self._lights.put_back(self.model)
@@ -243,16 +243,8 @@ class SimulationCore(SimulationModel):
         self.forces.forget()
 
     def _parts(self) -> tuple[Stateful, ...]:
-        return (
-            self.set_points,
-            self.limits,
-            self.pushes,
-            self._frictions,
-            self._lights,
-            self.surfaces,
-            self.welds,
-            self.faults,
-        )
+        commands, written = (self.set_points, self.limits, self.pushes), (self._frictions, self._lights)
+        return *commands, *written, self.surfaces, self.welds, self.faults
 
     def close(self) -> None:
         """Release all handles."""

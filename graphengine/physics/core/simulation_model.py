@@ -77,11 +77,11 @@ class SimulationModel(Stateful):
         self.realtime = False
         """Whether late camera images are dropped; if False, the tick in which an image is due waits for it."""
         self.dropped_pictures: dict[str, int] = {}
-        """Number of images dropped since play, by prim path of the camera."""
+        """A dict from the prim path of a camera to the number of its images dropped since play."""
         self.clamps_commands = True
         """Whether a command beyond a joint's limits is clamped; otherwise it is applied unchanged."""
         self.clamped_commands: dict[str, int] = {}
-        """Number of commands that were clamped, by kind, joint and limit."""
+        """Number of clamped commands for each command kind, joint and limit."""
         self._rays_choice = rays
         self.sees_own_robots = sees_own_robots
         self._rays: Rays | None = None
@@ -91,7 +91,7 @@ class SimulationModel(Stateful):
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
         self.faults = Faults()
-        """Faults of sensors, by prim path."""
+        """Faults of sensors; the keys are prim paths."""
         self.pushes = Pushes()
         self.surfaces = MovingSurfaces()
         self.movers = Movers(self.tick_period, substeps)
@@ -99,7 +99,7 @@ class SimulationModel(Stateful):
         self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
         """Function that recompiles the model with moving surfaces on the named bodies; `LoadedWorld` sets it."""
         self.held: dict[str, HeldBody] = {}
-        """Bodies that were placed and are held at their poses, by path of the placed prim."""
+        """A dict from the path of a placed prim to its body, which is held at its pose."""
         self._built_gravity = model.opt.gravity.copy()
         self.rebind(model, initial_data(model, stage))
 
@@ -129,9 +129,8 @@ class SimulationModel(Stateful):
         drives = list(drives_of(self.stage))
         self.set_points = SetPoints(model, data, drives)
         self.limits = ForceLimits(model, data, drives)
-        self._drive_step = DriveStep(
-            model, data, self.set_points, self.limits, GravityCompensation(model, data, drives)
-        )
+        compensation = GravityCompensation(model, data, drives)
+        self._drive_step = DriveStep(model, data, self.set_points, self.limits, compensation)
         # A model that is close to singular from the start was told to be, when it was built; most of them do move.
         singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
@@ -157,11 +156,8 @@ class SimulationModel(Stateful):
         self._lights.carry_over(model)
         model.opt.gravity = self.model.opt.gravity
         before, origin, points, limits = self.data, self.initial_state(), self.set_points, self.limits
-        transfer, data, start = (
-            Transfer(self.model, model),
-            initial_data(model, self.stage),
-            initial_data(model, self.stage),
-        )
+        transfer = Transfer(self.model, model)
+        data, start = initial_data(model, self.stage), initial_data(model, self.stage)
         transfer.carry_over(before, data)
         if awake:
             wake(model, data)
@@ -231,7 +227,7 @@ class SimulationModel(Stateful):
         self.refresh()
 
     def let_go(self, body: int) -> None:
-        """Stop holding a placed body, so that physics moves it again."""
+        """Stop holding a placed body; physics then moves it again."""
         for path in [path for path, held in self.held.items() if held.body == body]:
             self.held.pop(path).soften()
 
@@ -247,8 +243,13 @@ class SimulationModel(Stateful):
         for handle in self.handles.watching:
             handle.see_displacement()
 
+    def wake_all(self) -> None:
+        """Wake all sleeping bodies and update derived quantities; call this when the forces on bodies have changed."""
+        wake(self.model, self.data)
+        self.refresh()
+
     def initial_state(self) -> mujoco.MjData:
-        """Return the state to which `reset_state` returns, as a new object."""
+        """Return a copy of the state that `reset_state` restores."""
         data = mujoco.MjData(self.model)
         mujoco.mj_setState(self.model, data, self._start, STATE)
         return data

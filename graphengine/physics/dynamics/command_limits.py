@@ -1,4 +1,4 @@
-"""Limits for joint commands, so that a message from the network cannot make a simulation diverge.
+"""Limits for joint commands. They prevent a message from the network from making a simulation diverge.
 
 - Efforts: the limit in the robot's description. If it gives none, the smaller of two efforts: the effort that lifts the robot
   with a lever arm of 1 m, and the effort that accelerates the joint's own inertia by 1e5 rad/s2 (prismatic joints: 1e5 m/s2).
@@ -26,7 +26,7 @@ FASTEST_WHEEL = 100.0
 
 
 Limits = dict[CommandKind, list[tuple[float, float]]]
-"""Lowest and highest legal commands, in lists by the kind of command."""
+"""A dict from the command kind to a list with the lowest and highest legal command of each joint."""
 _NO_LIMITS: Mapping[CommandKind, tuple[float, float]] = dict.fromkeys(KINDS, (-math.inf, math.inf))
 
 
@@ -54,7 +54,7 @@ def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) ->
 
 
 def add_limits(limits: Limits, drive: Drive, usual: Mapping[CommandKind, tuple[float, float]] = _NO_LIMITS) -> None:
-    """Append the limits of a drive for each kind of command: those of its actuator, or the usual ones if it has none."""
+    """Append the limits of a drive for each command kind: the limits of the drive's actuator, or the usual limits without one."""
     for kind, (lowest, highest) in usual.items():
         servo = next((servo for servo in drive.servos or () if servo.kind == kind), None)
         if servo is not None:

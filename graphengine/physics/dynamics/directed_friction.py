@@ -32,7 +32,7 @@ _LEAST_FRICTION = 1e-5
 class DirectedFriction:
     """Applies two friction coefficients to geoms whose friction differs along and across a direction.
 
-    Where two geoms of this kind touch each other, the contact keeps MuJoCo's combined friction, the same in all directions.
+    If two such geoms touch each other, the contact keeps MuJoCo's combined friction, which is equal in all directions.
 
     Args:
         stage: stage with material prims; the fact `frames` of a material names the bodies to which it is bound.
@@ -113,13 +113,14 @@ def turn_contacts(
 ) -> bool:
     """Turn contact tangents to the directions of geoms and set both frictions, in place; return whether one was turned.
 
-    The direction of a geom is projected on the contact plane. The closer the direction is to the contact normal, as for a wheel
-    that runs straight into a wall, the less the two frictions differ.
+    The direction of a geom is projected on the contact plane. The closer the direction is to the contact normal, the less the two
+    frictions differ. For a wheel that runs straight into a wall, they are nearly equal.
 
     Args:
         geoms: ids of the two geoms of each contact.
         frames: normal and both tangents of each contact, in the world frame.
-        frictions: friction coefficients of each contact, as MuJoCo combined them; the first two act along the tangents.
+        frictions: friction coefficients of each contact that MuJoCo combined from both geoms; the first two act along the
+            tangents.
         rotations: rotation matrix of each body in the world frame, row by row.
         row_of: row of each geom in `bodies`, `directions` and `ratios`; -1 for geoms without a direction.
         bodies: ids of the bodies in whose frames the directions are given.

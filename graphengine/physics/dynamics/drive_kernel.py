@@ -126,7 +126,7 @@ def _weight(drive: Any, masses: Floats, centres: Floats, axes: Floats, anchors: 
 
 @part
 def add_moments(masses: Floats, centres: Floats, axis: int, first: int, count: int) -> Any:
-    """Return the sum of mass times place of some bodies along an axis, added up pairwise in the order of numpy's sums."""
+    """Return the sum of mass times coordinate along an axis over some bodies, added pairwise in the order of numpy's sums."""
     if count < 8:
         total = 0.0
         for body in range(first, first + count):
@@ -149,7 +149,7 @@ def add_moments(masses: Floats, centres: Floats, axis: int, first: int, count: i
 
 @part
 def _add_lane(masses: Floats, centres: Floats, axis: int, first: int, end: int) -> Any:
-    """Return the sum of mass times place of every eighth body."""
+    """Return the sum of mass times coordinate over every eighth body."""
     total = 0.0
     for body in range(first, end, 8):
         total += masses[body] * centres[body, axis]

@@ -17,8 +17,8 @@ from graphengine.physics.kernels.optional_kernels import load_kernel
 class DriveStep:
     """Moves set points, compensates gravity and limits forces before each physics step.
 
-    A kernel does this if numba works; numpy does it otherwise, and if drives compensate for a gravity that is not vertical. Both
-    give the same results to the last bit.
+    A compiled kernel does the work if numba is usable. Otherwise, and for drives that compensate for a gravity that is not
+    vertical, numpy does the work. Both give the same results to the last bit.
 
     Args:
         model: compiled model.

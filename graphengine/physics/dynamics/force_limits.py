@@ -1,7 +1,7 @@
 """Keeps drives within their maximum forces, by reducing before each step the force that their set points demand.
 
-MuJoCo's own force limits (`forcerange`, `actuatorfrcrange`) do not work with stiff drives: a servo whose force is clipped loses
-its implicit damping, and the joint oscillates about its target. So the force of a step is not clipped; its demand is reduced.
+MuJoCo's own force limits (`forcerange`, `actuatorfrcrange`) do not work with stiff drives: a servo with a clipped force loses its
+implicit damping, and its joint oscillates about the target. So the force of a step is not clipped; its demand is reduced.
 
 A drive has the stiffness kp, the damping kd, the set points q* and v*, and the maximum force M. Its joint has the position q, the
 velocity v, and the acceleration a in a step of length h. At the end of the step, the drive exerts F = f - G a. The demand f is
@@ -9,11 +9,11 @@ the force that the drive would exert if the joint kept its velocity: f = kp (q* 
 implicitly, with G = h (kd + h kp). A free joint at maximum force accelerates the inertia I against the gravity force b with
 a = (M - b) / I. So F stays within M if f stays between -M - s (M + b) G / I and M + s (M - b) G / I.
 
-The factor s states how freely the joint moves. It is the share of the joint's forces that became acceleration in the last step:
-1 for a free joint, 0 for a blocked joint. If F - b and a have opposite signs, as when friction brakes a joint harder than its
-drive accelerates it, s is 1 if G |a| exceeds |F - b|, else 0. From one step to the next, 1 + s G / I at most doubles; otherwise
-the drive would throw a joint that leaves a wall back at it again and again. In the step in which a joint hits an obstacle, its
-drive exerts more than M, as if the joint had the additional inertia G.
+The factor s states how freely the joint moves. It is the share of the joint's forces that became acceleration in the last step: 1
+for a free joint, 0 for a blocked joint. F - b and a have opposite signs if, for example, friction brakes a joint harder than its
+drive accelerates the joint. Then s is 1 if G |a| exceeds |F - b|, else 0. From one step to the next, 1 + s G / I at most doubles;
+otherwise the drive would throw a joint that leaves a wall back at it again and again. In the step in which a joint hits an
+obstacle, its drive exerts more than M, as if the joint had the additional inertia G.
 
 I is the inertia of the links beyond the joint with all joints at zero. For a wheel of radius r, it includes the wheel's share of
 the robot's mass m, m r² divided by the number of wheels.
@@ -79,7 +79,7 @@ class ForceLimits(Stateful):
         self.reach = 1.0 + self._implicit
 
     def start(self, prefix: str = "") -> None:
-        """Assume that the joints whose names begin with a prefix move freely, as there is no last step to measure."""
+        """Assume that the joints whose names begin with a prefix move freely, because there is no last step to measure."""
         mine = np.array([joint.startswith(prefix) for joint in self.joints], np.bool_)
         self.reach = np.where(mine, 1.0 + self._implicit, self.reach)
 

@@ -1,4 +1,4 @@
-"""Finds the free points of a region, and the straight ways between them, for movers that walk at random.
+"""Finds the free points of a region, and the straight ways between these points, for movers that walk at random.
 
 Only bodies that are fixed to the world are obstacles, not robots or movable bodies. So a walk depends only on scene and seed.
 """
@@ -24,7 +24,7 @@ NEIGHBOURS = 6
 CLEARANCE = 0.1
 """Smallest distance of a walking mover from obstacles, m."""
 _STEP = 0.25
-"""Minimum length of a straight way, and distance between the places on it that are checked for obstacles, m."""
+"""Minimum length of a straight way, and distance between the points on a way that are checked for obstacles, m."""
 _HEADINGS = [step * math.pi / 4.0 for step in range(8)]
 """Headings in which a mover must be clear of obstacles at a free point, because it turns there, rad."""
 
@@ -62,7 +62,7 @@ def _place(values: Floats) -> Place:
 
 
 class _Checker:
-    """Checks places for bodies that are fixed to the world, in a separate MuJoCo state."""
+    """Checks points for bodies that are fixed to the world, in a separate MuJoCo state."""
 
     def __init__(self, model: mujoco.MjModel, name: str) -> None:
         self._model, self._data, self._root = model, mujoco.MjData(model), int(model.body(name).id)
@@ -77,11 +77,10 @@ class _Checker:
         self._low, self._high = (np.array([box[side][:2] for box in solid]).reshape(-1, 2) for side in (0, 1))
 
     def is_free(self, point: Place, headings: Sequence[float]) -> bool:
-        """Return whether the mover is far enough from everything fixed at a place, in each of some headings."""
+        """Return whether the mover is clear of all fixed bodies at a point, in each of some headings."""
         gaps = np.maximum(np.maximum(self._low - point, point - self._high), 0.0)
-        return bool((np.hypot(*gaps.T) > self._reach + CLEARANCE).all()) or all(
-            self._fits(point, each) for each in headings
-        )
+        is_far = bool((np.hypot(*gaps.T) > self._reach + CLEARANCE).all())
+        return is_far or all(self._fits(point, heading) for heading in headings)
 
     def _fits(self, point: Place, heading: float) -> bool:
         model, data = self._model, self._data

@@ -1,8 +1,8 @@
 """Gravity compensation: drives carry the weight of the links beyond their joints, as the drives of robot arms do.
 
-MuJoCo's own `gravcomp` applies external forces to bodies, so that the wheels of a mobile base would not carry the weight of its
-arm. Here each drive exerts the effort that holds the links beyond its joint at rest, and the reaction acts on the links before
-the joint, as in reality.
+MuJoCo's own `gravcomp` applies external forces to bodies. With these forces, the wheels of a mobile base would not carry the
+weight of the arm. Here each drive exerts the effort that holds the links beyond its joint at rest. The reaction acts on the links
+before the joint.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class GravityCompensation:
 
 
 def _beyond(model: mujoco.MjModel, bodies: Indices) -> Indices:
-    """Return the range of body ids in the subtree of each given body, as an array: first, end, first, end, and so on.
+    """Return an array with the range of body ids in the subtree of each given body: first, end, first, end, and so on.
 
     MuJoCo numbers the bodies of a subtree consecutively; the end is the id after the last body.
     """

@@ -1,9 +1,9 @@
-"""Bodies that graphs place and hold at a pose, whatever forces act on them.
+"""Bodies that graphs place and hold at a pose; no force moves these bodies.
 
 A body on a free joint can have any pose; a body on a hinge or slide joint is placed as close to a pose as the joint allows. The
 joint's coordinates are written back after each physics step, before MuJoCo computes the contacts of the new state. While the body
-is held, its joint has a very large inertia, so that the body is as firm as the ground for bodies that lean on it. With its own
-inertia it would give way, and a heavy body would sink through a light one.
+is held, its joint has a very large inertia. So the body is as firm as the ground for bodies that lean on it. With its own inertia
+it would give way, and a heavy body would sink through a light one.
 """
 
 from __future__ import annotations
@@ -74,10 +74,9 @@ class HeldBody:
         self.body, self._offset = mover
         body = self.body
         self._joint = joint = int(model.body_jntadr[body])
-        free = model.jnt_type[joint] == _FREE
-        place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
-        self._dofs = slice(dof, dof + (6 if free else 1))
-        self._position, self._velocity = data.qpos[place : place + (7 if free else 1)], data.qvel[self._dofs]
+        self._position, self._velocity = data.joint(joint).qpos, data.joint(joint).qvel
+        dof = int(model.jnt_dofadr[joint])
+        self._dofs = slice(dof, dof + len(self._velocity))
         if self.coordinates is not None:
             self.make_firm()
 
@@ -87,9 +86,8 @@ class HeldBody:
         Raises:
             PhysicsError: a number is outside MuJoCo's range; nothing has changed.
         """
-        coordinates = self._towards(
-            *rotation.compose((position, orientation), rotation.relative(self._offset, NOWHERE))
-        )
+        of_body = rotation.compose((position, orientation), rotation.relative(self._offset, NOWHERE))
+        coordinates = self._towards(*of_body)
         if not np.abs(coordinates).max() <= mujoco.mjMAXVAL:
             legal = f"coordinates must be at most {mujoco.mjMAXVAL:g} m"
             raise PhysicsError(f"{self._prim.path} cannot be put at {position}, {orientation}; {legal}")

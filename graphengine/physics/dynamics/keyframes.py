@@ -30,7 +30,7 @@ def start_robot(
         robot: prim of the robot.
         model: compiled model.
         data: state that is changed.
-        positions: positions by joint name, rad or m.
+        positions: a dict from joint name to position, rad or m.
         keyframe: keyframe of the robot's own model, or None.
         others: whether servos also hold the joints without a position in `positions`, where they are.
     """
@@ -51,7 +51,7 @@ def start_robot(
 
 
 def with_followers(model: mujoco.MjModel, prefix: str, positions: Mapping[str, float]) -> dict[str, float]:
-    """Return positions of a robot's joints (rad or m), by name, with those that follow from them for mimic joints.
+    """Return a dict from joint name to position (rad or m), with the positions that follow for mimic joints.
 
     Args:
         model: compiled model.
@@ -90,8 +90,7 @@ def begin_in(keyframe: Keyframe, prefix: str, place: Pose, model: mujoco.MjModel
             x, y, z, d, a, b, c = values
             position, (a, b, c, d) = compose(place, ((x, y, z), (a, b, c, d)))
             values = (*position, d, a, b, c)
-        begin = model.jnt_qposadr[index]
-        data.qpos[begin : begin + len(values)] = values
+        data.joint(index).qpos[:] = values
     given: set[str] = set()
     for actuator, control in keyframe.controls.items():
         name = f"{prefix}{actuator}"

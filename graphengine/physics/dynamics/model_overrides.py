@@ -3,9 +3,9 @@
 The written values are stored by prim path. `carry_over` applies them to a model with other robots, and `put_back` restores the
 initial values.
 
-The initial intensity of a light is 1, whatever the world's file contains, and its initial colour is that of its diffuse light.
-MuJoCo's diffuse light is set to the colour times the intensity. Ambient and specular light are multiplied by the intensity, so
-that an intensity of 0 switches the light off.
+The initial intensity of each light is 1. The initial colour is the colour of the diffuse light in the file of the world. MuJoCo's
+diffuse light is set to the colour times the intensity. Ambient and specular light are multiplied by the intensity, so that an
+intensity of 0 switches the light off.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 
 class Written(Stateful, Generic[T]):
-    """The values that graphs wrote to prims of one kind, in place of the initial values.
+    """The values that graphs wrote to prims, for example to materials, instead of the initial values.
 
     Args:
         stage: stage with the prims; the `facts` of a prim contain its initial values.
@@ -37,7 +37,7 @@ class Written(Stateful, Generic[T]):
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
         self.written: dict[str, T] = {}
-        """Written values by prim path."""
+        """A dict from prim path to written value."""
 
     def built(self, prim: Prim) -> T:
         """Return the initial value of a prim."""

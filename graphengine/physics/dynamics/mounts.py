@@ -23,7 +23,8 @@ class Mounts(Stateful):
 
     def __init__(self) -> None:
         self._moved: dict[str, tuple[Floats, Floats]] = {}
-        """Compiled and current pose of each moved body, by its name; a pose is x, y, z (m) and a quaternion (w, x, y, z)."""
+        """A dict from the name of each moved body to its compiled and its current pose; a pose is x, y, z (m) and a quaternion
+        (w, x, y, z)."""
 
     def __bool__(self) -> bool:
         return bool(self._moved)

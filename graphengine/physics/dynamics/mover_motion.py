@@ -101,7 +101,7 @@ def _coordinates(position: Sequence[float], heading: float) -> Coordinates:
 
 
 def _headings(points: Sequence[Timed], *, closed: bool) -> list[float]:
-    """Return the heading between each two points; without horizontal motion, that of the next horizontal motion, or the last."""
+    """Return the heading between each two points; without horizontal motion there, the next heading, or else the last one."""
     steps = [(u - x, v - y) for (_, x, y, _), (_, u, v, _) in itertools.pairwise(points)]
     known = [math.atan2(y, x) for x, y in steps if x or y] or [0.0]
     headings = [known[0] if closed else known[-1]]

@@ -1,4 +1,4 @@
-"""Bodies with a surface velocity, such as conveyor belts: they stay in place and carry along the objects on them.
+"""Bodies with a surface velocity, such as conveyor belts: they do not move, and carry along the bodies on them.
 
 MuJoCo computes the velocity of a contact only from the joints of both bodies. So a body with a moving surface gets six joints
 that have the velocity of the surface. The inertia of these joints is so large that no contact changes their velocity; their
@@ -30,7 +30,7 @@ class MovingSurfaces(Stateful):
     """The moving surfaces of a compiled model; `bound_to` looks them up.
 
     Attributes:
-        velocities: velocity of each surface, by the name of its body.
+        velocities: a dict from the name of a body to the velocity of its surface.
     """
 
     kept = ("velocities",)

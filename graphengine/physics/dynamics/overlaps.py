@@ -45,10 +45,9 @@ def overlaps(
 
 
 def _touches(data: mujoco.MjData) -> Iterator[tuple[int, int, float, float]]:
-    """Yield each contact of two geoms twice, once for each: its id, that of the other geom, the depth (m) and how far up it is.
+    """Yield each contact of two geoms twice, once for each geom: ids of this and the other geom, depth (m), and rise.
 
-    How far up: the vertical component of the contact's normal, which points from the other geom to the geom; 1 if the other
-    geom is below.
+    The rise is the vertical component of the contact normal from the other geom to this geom; it is 1 if the other geom is below.
     """
     contact = data.contact
     chosen = (contact.dist < 0.0) & (contact.geom >= 0).all(axis=1)
@@ -96,8 +95,8 @@ def distances(model: mujoco.MjModel, data: mujoco.MjData, root: int, margin: flo
 def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, str]) -> dict[str, tuple[float, int]]:
     """Return the deepest contact of each entity by the entity's name: its depth (m) and the id of the other geom.
 
-    Contacts with a support do not count. A contact is one with a support if its normal shows that the other geom is below the
-    entity, and if its depth is less than `LEAST` or the other geom is a plane (a floor supports at any depth).
+    Contacts with a support do not count. The other geom is a support if it is below the entity according to the contact normal,
+    and if it is a plane or the depth is less than `LEAST`. A plane supports at any depth.
 
     Args:
         model: model of the world.

@@ -1,6 +1,6 @@
 """External forces that act on bodies for a limited time.
 
-The impulse of a push is exactly its force times its duration: if a push ends within a step, its force in that step is smaller.
+The impulse of a push is exactly force times duration: if a push ends within a step, its force in that step is smaller.
 """
 
 from __future__ import annotations

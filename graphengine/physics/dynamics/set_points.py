@@ -36,7 +36,7 @@ class SetPoints(Stateful):
         self._starts: dict[int, float] = {}
         self.even = np.zeros(model.nu, np.bool_)
         self._rests: dict[int, float] = {}
-        """Control signals for zero velocity or zero effort, by the ids of actuators."""
+        """A dict from actuator id to the control signal for zero velocity or zero effort."""
         for (joint, drive), (position, velocity, _) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
             if drive.servos is not None:
                 self._rests |= _at_rest(model, joint, drive)
@@ -83,6 +83,6 @@ class SetPoints(Stateful):
 
 
 def _at_rest(model: mujoco.MjModel, joint: str, drive: Drive) -> dict[int, float]:
-    """Return the control signals at which a drive's velocity and effort actuators command zero, by actuator id."""
+    """Return a dict from the id of each velocity and effort actuator of a drive to the control signal that commands zero."""
     found = [drive.servo(joint, kind) for kind in ("velocity", "effort")]
     return {model.actuator(servo.name).id: servo.control(0.0) for servo in found if servo is not None}

@@ -20,7 +20,7 @@ SETTLE_LIMIT = 5.0
 def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None]) -> float | None:
     """Step the simulation until all bodies are at rest, then reset it with the positions and velocities that they had at rest.
 
-    Each kinematic tree gets the positions and velocities with which it came to rest, even if another tree moved it later.
+    Each kinematic tree gets the positions and velocities at which this tree came to rest, even if another tree moved it later.
     Actuators keep the control signals and activations that hold them there. The caller must then compute the poses and contacts
     of this state.
 

@@ -23,7 +23,7 @@ def initial_data(model: mujoco.MjModel, stage: Stage) -> mujoco.MjData:
 def drives_of(stage: Stage) -> Iterator[tuple[str, Drive]]:
     """Yield each drive with the name of its joint in the model.
 
-    Drives that move no joint or several joints come last, with their robot's prefix in place of the name.
+    Drives that move no joint or several joints come last, with their robot's prefix instead of a joint name.
     """
     for prim in stage.prims("joint"):
         robot, drive = stage.robot_of(prim), prim.facts["drive"]

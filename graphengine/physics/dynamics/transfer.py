@@ -73,7 +73,7 @@ def _activations(model: mujoco.MjModel, actuator: int) -> range:
 
 
 def _find(model: mujoco.MjModel, kind: str, name: str) -> int:
-    """Return the id of the object with this kind and name, or -1 if there is none."""
+    """Return the id of a model element with a given type and name; -1 if the model has no such element."""
     return int(mujoco.mj_name2id(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), name))
 
 

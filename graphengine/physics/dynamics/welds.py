@@ -38,7 +38,7 @@ class Welds(Stateful):
     """The welds of a compiled model that are active; `bound_to` finds them in another compiled model.
 
     Attributes:
-        held: the name of the held body and MuJoCo's `eq_data` for each active weld, by the weld's name.
+        held: a dict from the name of each active weld to the name of the held body and MuJoCo's `eq_data`.
     """
 
     kept = ("held",)
@@ -59,14 +59,14 @@ class Welds(Stateful):
         return made
 
     def restore(self, saved: object) -> None:
-        """Restore a saved state: deactivate the current welds, and activate those that were active then."""
+        """Restore a saved state: deactivate the current welds, and activate the welds of the saved state."""
         for name in self.held:
             self._data.eq_active[self._model.equality(name).id] = False
         super().restore(saved)
         self._write()
 
     def withdraw(self) -> None:
-        """Reset the model's list of body pairs that do not collide to the compiled list, so that the model can be copied."""
+        """Reset the model's list of body pairs that do not collide to the compiled list. Call this before copying the model."""
         self._model.exclude_signature[:] = self._built
 
     def hold(self, weld: str, body: int, point: Vector3) -> None:

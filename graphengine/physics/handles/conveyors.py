@@ -1,10 +1,9 @@
-"""Handles of conveyors, which set the surface velocity of a body."""
+"""Handles that set the surface velocity of a body, for conveyors."""
 
 from __future__ import annotations
 
 import itertools
 
-from graphengine.descriptions.engine import wake
 from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.handles.motion_handles import CoreHandle
@@ -36,10 +35,8 @@ class Conveyor(CoreHandle):
         if simulation.surfaces.velocities[self._body] == (linear, angular):  # a graph may write it each tick
             return
         if not all(abs(part) <= FASTEST for part in itertools.chain(linear, angular)):
-            raise PhysicsError(
-                f"{self.prim_path}: no component of a surface velocity may exceed {FASTEST:g} m/s or rad/s in magnitude"
-            )
+            text = f"no component of a surface velocity may exceed {FASTEST:g} m/s or rad/s in magnitude"
+            raise PhysicsError(f"{self.prim_path}: {text}")
         simulation.surfaces.velocities[self._body] = linear, angular
         simulation.surfaces.hold()
-        wake(simulation.model, simulation.data)  # sleeping bodies do not react to the belt below them
-        simulation.refresh()
+        simulation.wake_all()  # sleeping bodies do not react to the belt below them

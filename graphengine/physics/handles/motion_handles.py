@@ -80,7 +80,7 @@ class CarriedPrim(CoreHandle):
 
 
 class PlacedBody(CoreHandle):
-    """A handle that places a prim and holds its body there until the simulation is reset."""
+    """A handle that places a prim and holds its body at this pose until the simulation is reset."""
 
     def bind(self) -> None:
         """Do nothing: the simulation itself looks up the bodies that it holds."""
@@ -215,11 +215,11 @@ class SelectedJoints(Shared):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set joint targets, which take effect in the next physics step.
+        """Set joint targets. They take effect in the next physics step.
 
-        A target that the drive does not use (a velocity without damping, a position without stiffness) is ignored, as in PhysX.
-        A command beyond the joint's limits is clamped and counted, unless the simulation's `clamps_commands` is false. With a
-        clamped position, the velocity target of the joint is 0, because the joint stops there.
+        Like PhysX, this method ignores a target that the drive does not use: a velocity without damping, a position without
+        stiffness. A command beyond the joint's limits is clamped and counted, unless the simulation's `clamps_commands` is false.
+        With a clamped position, the velocity target of the joint is 0, because the joint stops there.
 
         Args:
             positions: target of each selected joint, rad or m. NaN keeps the target of that joint, None keeps all.
@@ -255,7 +255,7 @@ class SelectedJoints(Shared):
                 array[place], points.pending = value, True
 
     def undriven(self, kind: CommandKind) -> list[str]:
-        """Return the names of the selected joints on which commands of a kind have no effect; every joint takes efforts."""
+        """Return the names of the selected joints on which commands of this kind have no effect; every joint takes efforts."""
         joints, number = self._joints, KINDS.index(kind)
         free = len(joints.dofs) if kind == "effort" else 0
         without = [joint for joint in self._chosen if joint >= free and joints.servos[joint][number] is None]

@@ -6,7 +6,7 @@ An entity is a topmost body with all bodies below it; a robot whose root link is
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -33,7 +33,7 @@ from graphengine.physics.core.robot_reset import robot_reset
 from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances, overlaps, touching
 from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.handles.motion_handles import CarriedPrim
-from graphengine.physics.handles.touched import TouchedGeoms, topmost_bodies
+from graphengine.physics.handles.touched_geoms import TouchedGeoms, topmost_bodies
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
@@ -56,15 +56,13 @@ class MujocoEntities:
         self._simulation = simulation
         self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
         """Cached result of `_find_owners`, and the model for which it is valid."""
-        self._touching: tuple[mujoco.MjModel | None, dict[str, TouchedGeoms]] = None, {}
-        """The model, and for its entities the handles that `touched` reads, by name."""
+        self._touched: dict[str, TouchedGeoms] = {}
+        """A dict from the name of an entity to the handle that `touched` reads."""
 
     def all(self) -> list[Entity]:
         """Return robots in the order of the stage, then the world's own bodies."""
-        return [
-            Entity(name, prim.path, self._kind(prim), bool(prim.facts.get("spawned")))
-            for name, prim in self._prims().items()
-        ]
+        found = self._prims().items()
+        return [Entity(name, prim.path, self._kind(prim), bool(prim.facts.get("spawned"))) for name, prim in found]
 
     def _prims(self) -> dict[str, Prim]:
         stage = self._simulation.stage
@@ -138,7 +136,7 @@ class MujocoEntities:
         return self._named(overlaps(simulation.model, simulation.data, self.roots(self._find(name)), floors=floors))
 
     def _obstacles(self, name: str, root: int, pose: Pose) -> list[Overlap]:
-        """Return the overlaps that an entity would have with its topmost body at a pose, unless it has them already.
+        """Return the overlaps that an entity would have with its topmost body at a pose, except its present overlaps.
 
         They are computed in a copy of the state; the simulation does not change.
         """
@@ -189,30 +187,29 @@ class MujocoEntities:
             model, data = simulation.with_mount(root, pose), None
         if data is None:
             data = mujoco.MjData(model)
-            data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = (
-                getattr(simulation.data, field) for field in ("qpos", "mocap_pos", "mocap_quat")
-            )
+            for field in ("qpos", "mocap_pos", "mocap_quat"):
+                getattr(data, field)[:] = getattr(simulation.data, field)
         (x, y, z), (qx, qy, qz, qw) = pose
         if (mocap := model.body_mocapid[root]) >= 0:
             data.mocap_pos[mocap], data.mocap_quat[mocap] = (x, y, z), (qw, qx, qy, qz)
         elif model.body_jntnum[root]:
-            start = model.jnt_qposadr[model.body_jntadr[root]]
-            data.qpos[start : start + 7] = x, y, z, qw, qx, qy, qz
+            data.joint(int(model.body_jntadr[root])).qpos[:] = x, y, z, qw, qx, qy, qz
         return model, data
 
     def touching(self) -> dict[str, Overlap]:
-        """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""
+        """Return a dict from the name of each entity that touches a body other than its support to its deepest contact."""
         found = touching(self._simulation.model, self._simulation.data, self._find_owners())
         return {name: Overlap(self._owner(geom), depth) for name, (depth, geom) in found.items()}
 
-    def touched(self, name: str) -> list[str]:
+    def touched(self, name: str) -> Sequence[str]:
         """Return the names of all bodies that an entity touched in this tick; see `devices.backend.Entities`."""
-        if self._touching[0] is not self._simulation.model:
-            self._touching = self._simulation.model, {}
-        known = self._touching[1]
-        if name not in known:
-            known[name] = self._simulation.handles.find(TouchedGeoms, self._find(name))
-        return list(dict.fromkeys(map(self._owner, known[name].geoms)))
+        handle = self._touched.get(name)
+        if handle is None or handle.released:
+            handle = self._touched[name] = self._simulation.handles.find(TouchedGeoms, self._find(name))
+        geoms = tuple(handle.geoms)
+        if geoms != handle.named[0]:
+            handle.named = geoms, tuple(dict.fromkeys(map(self._owner, geoms)))
+        return handle.named[1]
 
     def moving(self, speed: float) -> dict[str, list[str]]:
         """Return the entities of which a part moves, each with the names of all that it touches.
@@ -277,9 +274,8 @@ class MujocoEntities:
         """Return a robot to its initial state; see `devices.backend.Entities`."""
         prim, simulation = self._find(name), self._simulation
         if prim.body is not None and simulation.is_moved(self.roots(prim)[0]):
-            move = replace(
-                move, position=move.position or prim.position, orientation=move.orientation or prim.orientation
-            )
+            position, orientation = move.position or prim.position, move.orientation or prim.orientation
+            move = replace(move, position=position, orientation=orientation)
         try:
             with robot_reset(simulation, prim, joints, keyframe):
                 if move != Move():
@@ -289,19 +285,16 @@ class MujocoEntities:
 
     def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
         """Set pose and velocity (m/s, rad/s) of a free body in the world frame; a held body is released."""
-        model, data = self._simulation.model, self._simulation.data
-        joint = int(model.body_jntadr[body])
-        coordinates = slice(model.jnt_qposadr[joint], model.jnt_qposadr[joint] + 7)
-        freedoms = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + 6)
+        joint = self._simulation.data.joint(int(self._simulation.model.body_jntadr[body]))
         self._simulation.let_go(body)
-        before = data.qpos[coordinates].copy(), data.qvel[freedoms].copy()
+        before = joint.qpos.copy(), joint.qvel.copy()
         position, (x, y, z, w) = pose
-        data.qpos[coordinates] = (*position, w, x, y, z)
-        data.qvel[freedoms] = (*linear, *unrotate(pose[1], angular))  # MuJoCo's turn is in the body's frame
+        joint.qpos[:] = (*position, w, x, y, z)
+        joint.qvel[:] = (*linear, *unrotate(pose[1], angular))  # MuJoCo's turn is in the body's frame
         try:
             self._simulation.refresh()
         except PhysicsError:
-            data.qpos[coordinates], data.qvel[freedoms] = before
+            joint.qpos[:], joint.qvel[:] = before
             self._simulation.refresh()
             raise
 
@@ -324,7 +317,7 @@ def _check(name: str, **quantities: Iterable[float] | None) -> None:
 
     Args:
         name: name of the entity, for the message.
-        quantities: components of each quantity, by its name for the message; None for a quantity that is not given.
+        quantities: a dict from the name of each quantity in the message to its components; None for a quantity that is not given.
     """
     for what, values in quantities.items():
         for value in values or ():

@@ -1,8 +1,7 @@
 """Compiles kernels with numba.
 
-A kernel is compiled at its first call, and cached for later processes. It runs without Python's global interpreter lock.
-Division by zero gives infinity, as the box test needs. Operations are not reordered or fused, so that results are the same on
-every machine.
+A kernel is compiled at its first call, and cached for later processes. It runs without Python's global interpreter lock. Division
+by zero gives infinity, as the box test needs. Operations are not reordered or fused. So results are the same on every machine.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ _njit = partial(numba.njit, nogil=True, error_model="numpy")
 
 
 def kernel(function: F) -> F:
-    """Return a function compiled to machine code, which Python can call.
+    """Return a function compiled to machine code. Python can call it.
 
     numba caches the machine code beside the source file. If that folder cannot be written, it uses the user's cache folder; if
     neither can be written, the code is not cached.
@@ -57,7 +56,7 @@ def kept_in(function: F) -> str:
 
 
 def part(function: F) -> F:
-    """Return a function compiled to machine code, which only kernels may call.
+    """Return a function compiled to machine code. Only kernels may call it.
 
     A kernel in another file must name the module of the function in `kernel_of`.
     """

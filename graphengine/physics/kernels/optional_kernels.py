@@ -28,7 +28,7 @@ def load_kernel(load: Callable[[], F | None], work: str) -> F | None:
 
     Args:
         load: function that imports numba, and calls the kernel once to compile it.
-        work: the work of the kernel, as a word or two, for the log.
+        work: the work of the kernel in one or two words, for the log.
     """
     try:
         if has_address_space(ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory

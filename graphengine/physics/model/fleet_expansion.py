@@ -82,7 +82,7 @@ def _poses(use: RobotUse, start: Pose) -> Iterator[Pose]:
 
 
 def _fill(pattern: str | None, name: str, index: int) -> str | None:
-    """Return a namespace pattern with its fields replaced by the robot's name or its index in the fleet."""
+    """Replace the fields of a namespace pattern by the robot's name or by the robot's index in the fleet."""
     if pattern is None:
         return None
     return NAMESPACE_FIELD.sub(lambda field: name if field[1] == "name" else f"{index:0{field[2] or 1}}", pattern)

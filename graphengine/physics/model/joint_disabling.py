@@ -73,7 +73,7 @@ def disable_joints(file: RobotFile, description: RobotDescription, findings: Fin
 
 
 def _disabled(file: RobotFile, description: RobotDescription) -> dict[str, Span]:
-    """Return the source location that disables each joint, by joint name; parents come before their children."""
+    """Return a dict from each disabled joint to the source location that disables it; parents come before children."""
     spec = file.spec
     off: dict[str, Span] = {}
     for link in description.depth_first():
@@ -115,14 +115,8 @@ def _weld(
         if other.name not in off and other.mimic is not None and other.mimic.leader == joint.name
     ]
     if followers:
-        held = listing(followers, "joints")
-        findings.add(
-            "S106",
-            f"joint {joint.name!r} cannot be welded, because other joints mimic it",
-            span,
-            held,
-            "disable these joints, too",
-        )
+        text = f"joint {joint.name!r} cannot be welded, because other joints mimic it"
+        findings.add("S106", text, span, listing(followers, "joints"), "disable these joints, too")
     place = ", where it is with the joint at zero" if joint.moves else ""
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing
 
 
-def check_keyframe(name: str, description: RobotDescription, span: Span | None, findings: Findings) -> None:
-    """Add an error if a robot does not have the keyframe."""
-    known = description.keyframes
-    if name not in known:
-        near = did_you_mean(name, known) or listing(known, "keyframes")
-        findings.add("S104", f"the robot has no keyframe {name!r}", span, near)
+def check_known(kind: str, name: str, legal: Iterable[str], span: Span | None, findings: Findings) -> None:
+    """Add an error if a name is not one of the legal names; The message calls the named element `kind`, for example "link"."""
+    names = list(legal)
+    if name not in names:
+        near = did_you_mean(name, names) or listing(names, f"{kind}s")
+        findings.add("S104", f"the robot has no {kind} {name!r}", span, near)
 
 
 def check_starts(
@@ -26,7 +26,7 @@ def check_starts(
     """Add an error for each start position that a joint cannot have.
 
     Args:
-        starts: start positions (rad or m) in a robot file or scene with their source locations, by joint name.
+        starts: a dict from joint name to start position (rad or m) and its source location in a robot file or scene.
         description: robot description with the joints.
         disabled: names of disabled joints, which do not move.
         findings: receives the errors.
@@ -34,21 +34,15 @@ def check_starts(
     for name, (start, span) in starts.items():
         joint = description.joints.get(name)
         if joint is None:
-            near = did_you_mean(name, description.joints) or listing(description.joints, "joints")
-            findings.add("S104", f"the robot has no joint {name!r}", span, near)
+            check_known("joint", name, description.joints, span, findings)
         elif not joint.moves or name in disabled:
             findings.add("S104", f"joint {name!r} does not move, so it cannot have a start position", span)
         elif joint.mimic is not None:
             leader = joint.mimic.leader
-            findings.add(
-                "S104",
-                f"joint {name!r} mimics {leader!r}, so its start position follows from that joint",
-                span,
-                f"give {leader} a start position instead",
-            )
+            text = f"joint {name!r} mimics {leader!r}, so its start position follows from that joint"
+            findings.add("S104", text, span, f"give {leader} a start position instead")
         elif joint.limits is not None and not joint.limits[0] <= start <= joint.limits[1]:
             unit = "m" if joint.type == "prismatic" else "rad"
             legal = f"legal: {joint.limits[0]:g} to {joint.limits[1]:g} {unit}"
-            findings.add(
-                "G109", f"joint {name!r} cannot start at {start:g} {unit}, which is outside of its limits", span, legal
-            )
+            text = f"joint {name!r} cannot start at {start:g} {unit}, which is outside of its limits"
+            findings.add("G109", text, span, legal)

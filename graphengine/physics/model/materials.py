@@ -9,9 +9,9 @@ contacts with walls, where it matters less.
 For a material with friction in two directions, the greater friction is combined. The ratio of both is kept, because rollers turn
 equally easily on any floor; `dynamics.directed_friction` applies the ratio to each contact.
 
-Two properties of PhysX materials have no counterpart in MuJoCo. MuJoCo has a single coefficient of friction, which is set to the
-dynamic one. Restitution is ignored: MuJoCo's contacts are damped springs, and with steps of 4 ms the rebound speed depends on
-when in a step the contact begins (0.34 to 0.55 of the impact speed for a restitution of 0.5).
+Two properties of PhysX materials have no counterpart in MuJoCo. MuJoCo has a single coefficient of friction; it is set to the
+dynamic friction. Restitution is ignored: MuJoCo's contacts are damped springs, and with steps of 4 ms the rebound speed depends
+on when in a step the contact begins (0.34 to 0.55 of the impact speed for a restitution of 0.5).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ If the modes of two materials differ, the later mode in this order is used.
 FLOOR_RULE = "average"
 """Combine mode of the floor. MJCF has no combine modes, so it is the default of PhysX."""
 NO_FLOOR_FRICTION = 0.5
-"""Floor friction for a world without a plane, which is the friction of a PhysX collider without a material."""
+"""Floor friction for a world without a plane: the friction of a PhysX collider without a material."""
 
 STIFF_SOLREF = (0.004, 1.0)
 """Time constant (s) and damping ratio of wheel contacts; bodies penetrate by 1/25 of the depth with MuJoCo's default.
@@ -47,13 +47,13 @@ DEFAULT_SOLREF = (0.02, 1.0)
 STEADY_IMPEDANCE = 0.8
 """First two values of MuJoCo's `solimp` for wheels with `steady_sliding`; the default is 0.9 to 0.95.
 
-Tyres give way by 0.2 mm. Four wheels on stiffer contacts are a table with four legs: errors of micrometres decide which two of
-them carry the robot, and so how it turns."""
+Tyres give way by 0.2 mm. Four wheels on stiffer contacts are a table with four legs: errors of micrometres decide which two legs
+carry the robot, and so how the robot turns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Contact parameters of a collider, as attributes of a MuJoCo geom."""
+    """Contact parameters of a collider; the fields are attributes of a MuJoCo geom."""
 
     friction: float
     condim: int
@@ -89,7 +89,7 @@ def greatest_friction(material: MaterialSpec) -> float:
 def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:
     """Return the contact parameters of colliders with a material on a floor with the given friction.
 
-    Without friction, `condim` is 1 and the priority is higher than that of other materials, so that no collider adds friction.
+    Without friction, `condim` is 1, and the priority is higher than that of other materials. So no other collider adds friction.
     """
     friction = combine(greatest_friction(material), floor, stronger(material.combine, FLOOR_RULE))
     if friction == 0:

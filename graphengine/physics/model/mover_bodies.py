@@ -1,4 +1,4 @@
-"""Adds the bodies of movers, and their routes, which `movers` reads, to the world of a scene."""
+"""Adds the bodies and the routes of movers to the world of a scene. The module `movers` reads the routes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _COLLISION = """<collision name="{}">
 
 
 def add_movers(spec: mujoco.MjSpec, scene: Loaded[SceneSpec], library: Library, findings: Findings) -> None:
-    """Add the movers of a scene, and those of the actors of its SDF world, to the world; errors are added to `findings`.
+    """Add the movers of a scene and the actors of its SDF world to the world; errors are added to `findings`.
 
     Args:
         spec: the world; it has the routes of actors.
@@ -77,7 +77,7 @@ def add_movers(spec: mujoco.MjSpec, scene: Loaded[SceneSpec], library: Library, 
 def _parts(
     mover: MoverSpec, scene: Loaded[SceneSpec], library: Library, findings: Findings, span: Span
 ) -> Sequence[Part] | None:
-    """Return the parts of a mover; None if its mesh file is not found, which is added to `findings`."""
+    """Return the parts of a mover. If its mesh file is not found, add an error to `findings` and return None."""
     if mover.size is not None:
         return [(_BOX.format(written(*mover.size)), written(0.0, 0.0, mover.size[2] / 2.0), _PAINT)]
     if mover.shape in _SHAPES:

@@ -128,7 +128,7 @@ class SensorProfile(DeviceProfile):
 
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:
-    """Return the profile of each sensor of a robot, by sensor name; sensors whose profile has errors are left out."""
+    """Return a dict from the name of each sensor of a robot to its profile; sensors whose profile has errors are left out."""
     loaded: dict[str, Loaded[SensorProfile] | None] = {}
     found = {name: _profile(robot, name, loaded, files, findings) for name in robot.spec.sensors}
     return {name: profile for name, profile in found.items() if profile is not None}
@@ -147,9 +147,8 @@ def _figures(
     document = robot.document(*location)
     value = document.find(*location) or document.root
     whole = Value(value.span, {section: value}, {section: document.key_span(*location)})
-    return validate(
-        SensorProfile, Document(document.source, whole, document.size), {"sensor": name, section: figures}, findings
-    )
+    profile = Document(document.source, whole, document.size)
+    return validate(SensorProfile, profile, {"sensor": name, section: figures}, findings)
 
 
 def _profile(
@@ -162,7 +161,7 @@ def _profile(
     Args:
         robot: robot file.
         name: name of the sensor.
-        loaded: profiles that were read from files, by name; None for a file with an error.
+        loaded: a dict from name to profile for the files that were read; None for a file with an error.
         files: finds the file of the profile.
         findings: receives the errors.
     """
@@ -198,6 +197,5 @@ def _own_profile(sensor_type: str) -> str:
 
 
 def _known() -> str:
-    return "built-in profiles: " + ", ".join(
-        sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml"))
-    )
+    names = sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml"))
+    return f"built-in profiles: {', '.join(names)}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from graphengine.descriptions.actuators.drives import Drive, drive_of, in_si
@@ -18,15 +18,15 @@ from graphengine.descriptions.urdf.urdf_writer import description_text
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import listing
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_disabling import Disabled, disable_joints
-from graphengine.physics.model.joint_starts import check_keyframe, check_starts
+from graphengine.physics.model.joint_starts import check_known, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
 _LEVEL = 1e-3
-"""Minimum length of the horizontal part of a friction direction, as a fraction of the direction's length."""
+"""Minimum length of the horizontal part of a friction direction, divided by the length of the direction."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -38,9 +38,9 @@ class RobotInstance:
         file: robot file, merged with the files that it extends.
         description: robot description, with the joint origins and limits of the robot file applied.
         urdf_text: the same description as XML, for robot_state_publisher.
-        profiles: profiles of the robot's sensors, by sensor name.
+        profiles: a dict from sensor name to the profile of the sensor.
         moving: moving joints, in order of the articulation.
-        drives: drives of moving joints, by joint name; joints without a drive are absent.
+        drives: a dict from the name of a moving joint to its drive; joints without a drive are absent.
         disabled: disabled joints, and the link that moves freely as a result.
         floor: friction coefficient of the floor.
     """
@@ -83,10 +83,10 @@ class RobotInstance:
 
     @property
     def starts(self) -> dict[str, float]:
-        """Start position (rad or m) of each moving joint that has one, by name.
+        """A dict from the name of a moving joint to its start position (rad or m); joints without a start position are absent.
 
-        The scene overrides the robot file, which overrides the keyframe. A mimic joint without a start position of its own gets
-        the position that follows from its leader's.
+        The scene overrides the robot file, which overrides the keyframe. For a mimic joint without a start position, the position
+        follows from that of its leader.
         """
         known, keyframe = {joint.name: joint for joint in self.moving}, self.keyframe
         coordinates = keyframe.coordinates if keyframe is not None else {}
@@ -109,7 +109,7 @@ class RobotInstance:
 
     @property
     def actuators(self) -> dict[str, str]:
-        """Name of the joint that each actuator of the MuJoCo model drives, by actuator name; empty for other targets.
+        """A dict from the name of each actuator of the MuJoCo model to the name of its joint; an empty name for other targets.
 
         Actuators are left out if they have the name of a joint, or if the robot file replaces them by a drive.
         """
@@ -120,21 +120,21 @@ class RobotInstance:
 
     @property
     def other_actuators(self) -> dict[str, Drive]:
-        """Drives of actuators in the MuJoCo model whose target is not a single hinge or slide joint, by actuator name."""
+        """A dict from actuator name to drive, for actuators of the MuJoCo model that do not act on one hinge or slide joint."""
         known = {each.name: each.drive for each in self.description.actuators}
         return {name: known[name] for name, joint in self.actuators.items() if not joint}
 
     @property
     def wheel_radii(self) -> dict[str, float]:
-        """Radius (m) of the wheel on each moving joint that carries a wheel, by joint name."""
+        """A dict from the name of each moving joint that carries a wheel to the radius of the wheel, m."""
         return {wheel.joint: wheel.radius for wheel in self.description.wheels(self.moving, wheel_shapes(self.spec))}
 
     @property
     def wheel_distance(self) -> float | None:
         """Distance (m) along the axle between the centres of the two driven wheels.
 
-        None unless exactly two wheels are driven, with different centres, and they do not slide sideways, as skid-steered wheels
-        do: such a base turns as if its wheels were farther apart.
+        None unless exactly two wheels with different centres are driven, and neither slides sideways. A base whose wheels slide
+        sideways turns like a base with a greater wheel distance.
         """
         sliding = {link for each in self.spec.materials.values() if each.steady_sliding for link in each.bind}
         joints = [joint for joint in self.moving if joint.name in self.drives]
@@ -144,7 +144,7 @@ class RobotInstance:
 
 
 def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
-    """Return radius and offset along the axle (m) of wheels whose colliders the robot file replaces, by link name."""
+    """Return a dict from link to radius and offset along the axle (m), for wheels with colliders of the robot file."""
     shapes = spec.wheel_colliders.items()
     return {link: (shape.radius, shape.offset) for link, shape in shapes if isinstance(shape, WheelColliderSpec)}
 
@@ -181,54 +181,33 @@ def load_robot(
     _check_colliders(file, description, findings)
     _check_joints(file, description, disabled, findings)
     _check_directions(file, description, findings)
-    return RobotInstance(
-        placement,
-        file,
-        description,
-        description_text(description),
-        profiles,
-        tuple(description.moving()),
-        drives,
-        disabled,
-    )
-
-
-def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:
-    names = list(legal)
-    if name not in names:
-        near = did_you_mean(name, names) or listing(names, f"{what}s")
-        findings.add("S104", f"the robot has no {what} {name!r}", span, near)
+    urdf_text, moving = description_text(description), tuple(description.moving())
+    return RobotInstance(placement, file, description, urdf_text, profiles, moving, drives, disabled)
 
 
 def _check_names(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     spec = file.spec
     if spec.base_link != description.root:
-        span = file.span("base_link")
-        findings.add(
-            "S104",
-            f"{spec.base_link!r} is not the root link of the description",
-            span,
-            f"write base_link: {description.root}",
-        )
+        text = f"{spec.base_link!r} is not the root link of the description"
+        findings.add("S104", text, file.span("base_link"), f"write base_link: {description.root}")
     if spec.articulation_root:
-        _known("link", spec.articulation_root, description.links, file.span("articulation_root"), findings)
+        check_known("link", spec.articulation_root, description.links, file.span("articulation_root"), findings)
     for link in spec.links:
-        _known("link", link, description.links, file.key_span("links", link), findings)
+        check_known("link", link, description.links, file.key_span("links", link), findings)
     for joint in spec.joints:
-        _known("joint", joint, description.joints, file.key_span("joints", joint), findings)
+        check_known("joint", joint, description.joints, file.key_span("joints", joint), findings)
     for index, joint in enumerate(spec.keep_only_joints):
-        _known("joint", joint, description.joints, file.span("keep_only_joints", index), findings)
+        check_known("joint", joint, description.joints, file.span("keep_only_joints", index), findings)
     for link in spec.wheel_colliders:
-        _known("link", link, description.links, file.key_span("wheel_colliders", link), findings)
+        check_known("link", link, description.links, file.key_span("wheel_colliders", link), findings)
     bound: dict[str, Span] = {}
     for name, material in spec.materials.items():
         if material.expressed_in:
-            _known(
-                "link", material.expressed_in, description.links, file.span("materials", name, "expressed_in"), findings
-            )
+            span = file.span("materials", name, "expressed_in")
+            check_known("link", material.expressed_in, description.links, span, findings)
         for index, link in enumerate(material.bind):
             span = file.span("materials", name, "bind", index)
-            _known("link", link, description.links, span, findings)
+            check_known("link", link, description.links, span, findings)
             if link in bound:
                 findings.add("S105", f"link {link!r} has two materials", span, related=[(bound[link], "first here")])
             bound[link] = span
@@ -240,7 +219,7 @@ def _check_senses(
     """Add errors for links in `ignores` that do not exist, and for keys of rays in sensors that cast none."""
     for name, sensor in file.spec.sensors.items():
         for index, link in enumerate(sensor.ignores):
-            _known("link", link, description.links, file.span("sensors", name, "ignores", index), findings)
+            check_known("link", link, description.links, file.span("sensors", name, "ignores", index), findings)
         if name not in profiles or any(profile.casts_rays for profile in profiles[name].all_devices()):
             continue
         for key in ("sees_own_robot", "ignores"):
@@ -253,7 +232,7 @@ def _check_model(file: RobotFile, description: RobotDescription, findings: Findi
     """Add errors for an unknown start keyframe, and for keys that have no effect on a MuJoCo model."""
     spec = file.spec
     if spec.start:
-        check_keyframe(spec.start, description, file.span("start"), findings)
+        check_known("keyframe", spec.start, description.keyframes, file.span("start"), findings)
     if description.mjcf is None:
         return
     places = {key: file.key_span(key) for key in ("keep_only_joints", "self_collision") if getattr(spec, key)}
@@ -265,7 +244,7 @@ def _check_model(file: RobotFile, description: RobotDescription, findings: Findi
 
 
 def _drives(file: RobotFile, description: RobotDescription, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
-    """Return the drives of moving joints by joint name, from the robot file and the actuators of a MuJoCo model."""
+    """Return a dict from the name of a moving joint to its drive, from the robot file or an actuator of a MuJoCo model."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = description.joints[name]
@@ -283,9 +262,8 @@ def _drives(file: RobotFile, description: RobotDescription, disabled: Disabled, 
             continue
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
-            findings.add(
-                "N103", f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}", span
-            )
+            text = f"joint {name!r}: usd_drive is given per degree; in SI units it is {in_si(drive)}"
+            findings.add("N103", text, span)
     if description.mjcf is not None:
         drives = drives_by_joint(description.mjcf.actuators) | drives
         drives = {name: drives[name] for name, joint in description.joints.items() if joint.moves and name in drives}
@@ -302,9 +280,8 @@ def _limit(
     if joint.type in ("revolute", "prismatic"):
         joint.bounds = replace(joint.bounds, lower=limits[0], upper=limits[1])
     else:
-        findings.add(
-            "S104", f"joint {name!r} is {joint.type} and cannot have limits", file.span("joints", name, "limits")
-        )
+        span = file.span("joints", name, "limits")
+        findings.add("S104", f"joint {name!r} is {joint.type} and cannot have limits", span)
 
 
 def _check_joints(file: RobotFile, description: RobotDescription, disabled: Disabled, findings: Findings) -> None:
@@ -337,20 +314,13 @@ def _check_directions(file: RobotFile, description: RobotDescription, findings: 
 def _check_colliders(file: RobotFile, description: RobotDescription, findings: Findings) -> None:
     for link, shape in file.spec.wheel_colliders.items():
         tags = [kind_of(collider.geometry) for collider in description.links[link].colliders]
+        span = file.key_span("wheel_colliders", link)
         if shape == "ellipsoid" and tags != ["cylinder"]:
-            what = listing(tags, "its colliders")
-            span = file.key_span("wheel_colliders", link)
+            text = f"link {link!r} cannot become an ellipsoid, because its collision geometry is not a single cylinder"
             size = "for another collider write {radius: …, width: …}, in m"
-            findings.add(
-                "S106",
-                f"link {link!r} cannot become an ellipsoid, because its collision geometry is not a single cylinder",
-                span,
-                what,
-                size,
-            )
+            findings.add("S106", text, span, listing(tags, "its colliders"), size)
         carrier = description.links[link].carrier
         if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
-            span = file.key_span("wheel_colliders", link)
             findings.add("S106", f"link {link!r} is not a wheel: no joint turns it", span)
     for name, material in file.spec.materials.items():
         for index, link in enumerate(material.bind):

@@ -32,25 +32,23 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
         floor: sliding friction of the floor.
         findings: receives errors and notes.
     """
-    spec = (
-        _of_urdf(robot, library, findings)
-        if robot.description.mjcf is None
-        else _of_mjcf(robot, robot.description.mjcf)
-    )
+    mjcf = robot.description.mjcf
+    spec = _of_urdf(robot, library, findings) if mjcf is None else _of_mjcf(robot, mjcf)
     if spec is None:
         return None
     for link, changes in robot.spec.links.items():
         body = spec.body(link)  # None for a site of a MuJoCo model
-        if body is not None and (robot.description.mjcf is None or not changes.gravity):
+        if body is not None and (mjcf is None or not changes.gravity):
             body.gravcomp = 0.0 if changes.gravity else 1.0
     _equip_joints(spec, robot)
     _shape_wheels(spec, robot)
-    if robot.description.mjcf is None:
+    if mjcf is None:
         _hollow_meshes(spec)
         _group_geoms(spec, robot)
     _apply_materials(spec, robot, floor, findings)
-    if robot.description.mjcf is None:
-        _exclude_contacts(spec, robot)
+    if mjcf is None:
+        for first, second in _excluded_pairs(robot):
+            spec.add_exclude(bodyname1=first, bodyname2=second)
         _prune(spec, robot)
     if robot.moving:
         _keep_awake(spec)
@@ -72,14 +70,9 @@ def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujo
     """
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
+    more = _memory_of_exclusions(robot)
     spec = write_robot(
-        robot.description,
-        robot.name,
-        library,
-        findings,
-        free_link=free_link,
-        colours=colours,
-        more=_memory_of_exclusions(robot),
+        robot.description, robot.name, library, findings, free_link=free_link, colours=colours, more=more
     )
     if spec is not None and free_link is not None:
         spec.body(free_link).add_freejoint(name=_unused("root", robot.description.joints))
@@ -232,27 +225,21 @@ def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, fi
             findings.add("N103", told[0], robot.file.key_span("materials", name), *told[1:])
 
 
-def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Exclude contacts between colliders of one robot, as Isaac's importer does, because they often overlap.
-
-    With `self_collision`, links connected by a joint still do not collide, as in PhysX. MuJoCo excludes these pairs itself,
-    except for joints on a fixed base. Colliders of a link named `world` collide with all others.
-    """
-    for first, second in _excluded_pairs(robot):
-        spec.add_exclude(bodyname1=first, bodyname2=second)
-
-
 def _memory_of_exclusions(robot: RobotInstance) -> float:
     return PAIR * sum(1 for _ in itertools.islice(_excluded_pairs(robot), MAX_MEMORY // PAIR + 1))
 
 
 def _excluded_pairs(robot: RobotInstance) -> Iterator[tuple[str, str]]:
-    """Yield the names of each two links between which contacts are excluded, in order of the links."""
+    """Yield the names of each two links between which contacts are excluded, in order of the links.
+
+    Contacts between colliders of one robot are excluded, as Isaac's importer does, because they often overlap. With
+    `self_collision`, links connected by a joint still do not collide, as in PhysX. MuJoCo excludes these pairs itself, except for
+    joints on a fixed base. Colliders of a link named `world` collide with all others.
+    """
     links, top = robot.description.links, _rigid(robot.description)
     solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
-    base = (
-        {name for name in links if top[name] == robot.description.root} if robot.disabled.free_link is None else set()
-    )
+    fixed = robot.disabled.free_link is None
+    base = {name for name in links if fixed and top[name] == robot.description.root}
     on_base = {name for name in links if (joint := links[top[name]].carrier) is not None and joint.parent in base}
     if not robot.spec.self_collision:
         yield from itertools.combinations(solid, 2)
@@ -265,7 +252,7 @@ def _excluded_pairs(robot: RobotInstance) -> Iterator[tuple[str, str]]:
 
 
 def _rigid(description: RobotDescription) -> dict[str, str]:
-    """Return the name of the topmost link that is rigidly connected to each link, by link name."""
+    """Return a dict from the name of each link to the name of the topmost link to which it is rigidly connected."""
     top: dict[str, str] = {}
     for link in description.depth_first():
         fixed = link.carrier is not None and not link.carrier.moves

@@ -41,9 +41,8 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
     named = [prim for prim in prims if prim.name == reference]
     if len(named) > 1:
         paths = [prim.path.removeprefix(f"{robot}/") for prim in named]
-        raise AmbiguousPrimError(
-            f"{reference!r} could mean {len(named)} prims", reference, listing(paths, "write one of")
-        )
+        text = f"{reference!r} could mean {len(named)} prims"
+        raise AmbiguousPrimError(text, reference, listing(paths, "write one of"))
     if not named:
         names = {prim.name for prim in prims if prim.kind != "scope"}
         near = did_you_mean(reference, names) or listing(sorted(names), "prims")
@@ -116,9 +115,10 @@ class _PrimBuilder:
     def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
         """Return the facts of a material's prim about its use: `floor`, `bodies` and `frames`.
 
-        `floor` is the friction of the floor. `bodies` says for each body with the material whether it is a wheel. For a material
-        with a direction, `frames` has the path of the link in whose frame the direction is given, by body. A link that is the
-        world itself is left out, because its colliders cannot be distinguished from those of the world.
+        `floor` is the friction of the floor. `bodies` is a dict from each body with the material to whether the body is a wheel.
+        For a material with a direction, `frames` is a dict from each body to the path of the link in whose frame the direction is
+        given. A link that is the world itself is left out, because its colliders cannot be told apart from the colliders of the
+        world.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
@@ -137,17 +137,13 @@ class _PrimBuilder:
             return None
 
     def _links(self) -> dict[str, str]:
-        """Define the prims of the robot and its links; return the prim path of each link, by link name."""
+        """Define the prims of the robot and its links; return a dict from link name to prim path."""
         robot = self.robot
         base = f"{robot.name}/{robot.spec.base_link}"
-        self.stage.add(
-            robot.prim_path,
-            "robot",
-            facts={"name": robot.name},
-            position=robot.placement.pose[0],
-            orientation=robot.placement.pose[1],
-            body=base if base in self.bodies else None,
-        )
+        position, orientation = robot.placement.pose
+        body = base if base in self.bodies else None
+        pose = {"position": position, "orientation": orientation}
+        self.stage.add(robot.prim_path, "robot", **pose, body=body, facts={"name": robot.name})
         paths: dict[str, str] = {}
         for link in robot.description.depth_first():
             name = prim_name(link.name)

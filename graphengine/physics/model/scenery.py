@@ -22,7 +22,7 @@ from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.model.fleet_expansion import RobotPlacement
-from graphengine.physics.model.joint_starts import check_keyframe, check_starts
+from graphengine.physics.model.joint_starts import check_known, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
@@ -51,7 +51,7 @@ class Scenery:
 
     Args:
         scene: scene file, for locations in messages and as the start of relative paths.
-        world: parsed world; None if parsing failed, so that nothing can be compiled.
+        world: parsed world; None if parsing failed; then `compile` returns None.
         lines: source location of each line of the parsed text of the world.
         library: reads the files to which descriptions refer.
     """
@@ -66,7 +66,7 @@ class Scenery:
         self._world_memory = library.memory
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
         self._kinds: dict[str, _RobotKind | None] = {}
-        """Robots by path of the file, or by text of the description; None for a robot with errors."""
+        """A dict from the path of a file, or the text of a description, to the robot; None for a robot with errors."""
 
     def copy(self, files: Files) -> Scenery:
         """Return a copy that reads further robots from `files` independently of this one."""
@@ -98,9 +98,8 @@ class Scenery:
         """Check the start positions of a robot's joints in the scene, once for a fleet."""
         joints, document = placement.use.joints, self.scene.document
         if placement.use.start:
-            check_keyframe(
-                placement.use.start, robot.description, document.span("robots", placement.key, "start"), findings
-            )
+            span = document.span("robots", placement.key, "start")
+            check_known("keyframe", placement.use.start, robot.description.keyframes, span, findings)
         if joints and placement.key and placement.name in (placement.key, f"{placement.key}_0000"):
             at = ("robots", placement.key, "joints")
             starts = {name: (joint.start, document.span(*at, name, "start")) for name, joint in joints.items()}
@@ -147,21 +146,18 @@ class Scenery:
 
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
         """Add a note on the joints that graphs can use, for a description without a robot file."""
-        mjcf = robot.description.mjcf
         floating = [joint.name for joint in robot.description.joints.values() if joint.type == "floating"]
         still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
         number, known = len(robot.moving) + len(floating), len(robot.moving) if floating else "all"
         count = f"{number} joint{'s' * (number != 1)}; graphs can use {known}" if number else "no joint that moves"
-        findings.add(
-            "N104",
-            f"the description, used without a robot file, has {count}",
-            self._place_of(placement),
-            listing(floating, "ball and free joints, which graphs cannot use") if floating else "",
-            listing(still, "joints without a drive") if still else "",
-            listing(mjcf.keyframes, "keyframes, which `start:` can select")
-            if mjcf is not None and mjcf.keyframes
-            else "",
-        )
+        lists: Mapping[str, Collection[str]] = {
+            "ball and free joints, which graphs cannot use": floating,
+            "joints without a drive": still,
+            "keyframes, which `start:` can select": robot.description.keyframes,
+        }
+        text = f"the description, used without a robot file, has {count}"
+        notes = [listing(names, what) for what, names in lists.items() if names]
+        findings.add("N104", text, self._place_of(placement), *notes)
 
     def compile(
         self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()
@@ -169,7 +165,7 @@ class Scenery:
         """Compile the world with the given robots; return None if MuJoCo reports an error.
 
         Args:
-            robots: robots that `robot` returned, by name.
+            robots: a dict from name to a robot that `robot` returned.
             findings: receives errors and warnings of MuJoCo.
             surfaces: names of bodies that get a moving surface; unknown names are skipped.
         """

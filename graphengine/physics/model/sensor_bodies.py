@@ -37,9 +37,8 @@ def add_sensors(model: mujoco.MjSpec, robot: RobotInstance) -> None:
         body, (position, (x, y, z, w)) = mount.carrier()
         if body is None:
             continue
-        housing = model.body(body.removeprefix(f"{robot.name}/")).add_body(
-            name=housing_of(mount).removeprefix(f"{robot.name}/"), pos=position, quat=(w, x, y, z)
-        )
+        carrier, name = (path.removeprefix(f"{robot.name}/") for path in (body, housing_of(mount)))
+        housing = model.body(carrier).add_body(name=name, pos=position, quat=(w, x, y, z))
         for shape in profile.appearance:
             _add_shape(housing, shape)
 

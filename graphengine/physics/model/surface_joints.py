@@ -1,4 +1,4 @@
-"""Adds the joints that let a body have a surface velocity or follow a route; `moving_surfaces` says how they work."""
+"""Adds the joints with which a body has a surface velocity or follows a route; `moving_surfaces` explains how they work."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from graphengine.descriptions.routes import route_from, routes_of
 
 _FIRM = 1e8
 """Inertia of a surface joint, kg or kg m2; it is so large that no contact changes the joint's velocity."""
+_MOVER = 1e6
+"""Inertia of a mover's joint, kg or kg m2; with it, MuJoCo's tolerance is small enough for bodies from 10 g."""
 SUFFIX = ".surface"
 """Part of the name of a surface joint, between the body's name and the joint's number."""
 JOINTS = [
@@ -17,31 +19,30 @@ JOINTS = [
     for kind in (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
     for axis in range(3)
 ]
-_FLAT = [JOINTS[0], JOINTS[1], JOINTS[5]]
+FLAT = [JOINTS[0], JOINTS[1], JOINTS[5]]
 """The joints of a mover that stays at one height: its position in the world, and its heading."""
-_RISING = [*_FLAT, JOINTS[2]]
+_RISING = [*FLAT, JOINTS[2]]
 """The joints of any other mover; the last one is its height."""
 
 
 def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
-    """Add the joints of movers, and those of a moving surface to the named bodies of a model; unknown names are skipped.
+    """Add joints to the movers of a model, and surface joints to the named bodies; unknown names are skipped.
 
     The joints do not make the bodies collide with bodies that are fixed to the same parent, such as the floor and other belts.
     """
-    joints = {name: JOINTS for name in names if spec.body(name) is not None}
-    joints |= {name: _RISING if route_from(text).rises else _FLAT for name, text in routes_of(spec).items()}
-    belts = joints.keys()
-    groups = _fixed_together(spec, belts) if belts else []
-    if belts:
+    routes = {name: route_from(text) for name, text in routes_of(spec).items()}
+    joints = {name: (JOINTS, _FIRM) for name in names if spec.body(name) is not None}
+    if joints:
         # The solver's tolerance is relative to the inertias in contact: it would stop too early for light bodies.
         spec.option.tolerance /= _FIRM
-    for parts in groups:
+    joints |= {name: (_RISING if route.rises else FLAT, _MOVER) for name, route in routes.items()}
+    for parts in _fixed_together(spec, joints.keys()) if joints else ():
         for one, other in itertools.combinations(parts.values(), 2):
             for first, second in itertools.product(one, other):
                 spec.add_exclude(bodyname1=first, bodyname2=second)
-    for name in sorted(belts):
-        for number, (kind, axis) in enumerate(joints[name]):
-            joint = spec.body(name).add_joint(name=f"{name}{SUFFIX}{number}", type=kind, axis=axis, armature=_FIRM)
+    for name, (kinds, inertia) in sorted(joints.items()):
+        for number, (kind, axis) in enumerate(kinds):
+            joint = spec.body(name).add_joint(name=f"{name}{SUFFIX}{number}", type=kind, axis=axis, armature=inertia)
             joint.limited, joint.frictionloss, joint.ref = mujoco.mjtLimited.mjLIMITED_FALSE, 0.0, 0.0
             joint.stiffness[:] = joint.damping[:] = 0.0  # whatever the world's defaults are
 

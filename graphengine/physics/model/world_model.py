@@ -1,4 +1,4 @@
-"""Builds the world of a scene from MJCF or SDF, as an MjSpec to which robots are attached."""
+"""Builds the MjSpec of a scene's world from MJCF or SDF. Robots are attached to this MjSpec."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DRIVEN_BY = {
     "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
     "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
 }
-"""Disable bits of the MuJoCo features that drives need, by the name of the flag in MJCF."""
+"""A dict from the MJCF flag of each MuJoCo feature that drives need to its disable bit."""
 
 
 def world_spec(

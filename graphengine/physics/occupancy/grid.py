@@ -1,8 +1,8 @@
 """The grid of cells of a floor plan, and a canvas on which bodies are drawn row by row.
 
-A cell is occupied if a body intersects its prism: the cell extended over the height range, and reduced by MARGIN on each side.
-So a body that only touches a prism does not occupy the cell, and a wall whose face is on the border of two cells occupies only
-one of them, whatever rounding errors its coordinates have.
+A cell is occupied if a body intersects its prism: the cell extended over the height range, and reduced by MARGIN on each side. So
+a body that only touches a prism does not occupy the cell. A wall whose face is on the border of two cells occupies only one cell,
+despite rounding errors of its coordinates.
 
 All bodies are convex, and so is the part of a body in a row of cells. So a body occupies the cells between its smallest and
 largest x in each row, and a shape needs to compute only these two numbers.

@@ -29,7 +29,8 @@ MOST_CELLS = 25_000_000
 SMALLEST_CELL = 1e-4
 """Smallest side of a cell, m."""
 FARTHEST = 1e6
-"""Greatest magnitude of a coordinate, m; with greater ones, rounding errors exceed the margin between touching and overlap."""
+"""Greatest magnitude of a coordinate, m; with greater coordinates, rounding errors exceed the margin between touching and
+overlap."""
 
 Point = tuple[float, float]
 Rectangle = tuple[Point, Point]
@@ -94,9 +95,8 @@ class MapRequest:
         if low >= high:
             raise UsageError(f"z: the lower bound {low:g} is not below the upper bound {high:g}")
         if self.cell < SMALLEST_CELL:
-            raise UsageError(
-                f"cell: {self.cell:g} m is less than {SMALLEST_CELL:g} m; give the size in metres, such as 0.05"
-            )
+            text = f"cell: {self.cell:g} m is less than {SMALLEST_CELL:g} m"
+            raise UsageError(f"{text}; give the size in metres, such as 0.05")
         for name, first, last in zip("xy", *corners, strict=True):
             if first >= last:
                 raise UsageError(f"bounds: the smallest {name}, {first:g}, is not below the largest, {last:g}")
@@ -132,10 +132,9 @@ def _check_size(grid: Grid) -> None:
     cells = grid.columns * grid.rows
     if cells > MOST_CELLS:
         fitting = grid.cell * math.sqrt(cells / MOST_CELLS)
-        raise UsageError(
-            f"{grid.columns} x {grid.rows} cells are more than the {MOST_CELLS} that a map may have\n"
-            f"  use cells of at least {fitting * 1.01:.2g} m, or smaller bounds"
-        )
+        remedy = f"use cells of at least {fitting * 1.01:.2g} m, or smaller bounds"
+        text = f"{grid.columns} x {grid.rows} cells are more than the {MOST_CELLS} that a map may have"
+        raise UsageError(f"{text}\n  {remedy}")
 
 
 def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
@@ -194,15 +193,12 @@ def _seed(grid: Grid, occupied: Bools, x: float, y: float) -> tuple[int, int]:
     """Return row and column of the cell that contains a seed; raise UsageError if the cell is not free."""
     cell = grid.locate(x, y)
     if cell is None:
-        raise UsageError(
-            f"the free point ({x:g}, {y:g}) lies outside of the map\n"
-            f"  the map covers x {grid.west:g} to {grid.east:g}, y {grid.south:g} to {grid.north:g}"
-        )
+        extent = f"the map covers x {grid.west:g} to {grid.east:g}, y {grid.south:g} to {grid.north:g}"
+        raise UsageError(f"the free point ({x:g}, {y:g}) lies outside of the map\n  {extent}")
     if not occupied[cell]:
         return cell
     rows, columns = np.nonzero(~occupied)
     nearest = int(np.argmin((rows - cell[0]) ** 2 + (columns - cell[1]) ** 2))
     near_x, near_y = (round(value, 6) for value in grid.centre(int(rows[nearest]), int(columns[nearest])))
-    raise UsageError(
-        f"the free point ({x:g}, {y:g}) is occupied\n  the nearest free point is ({near_x:.10g}, {near_y:.10g})"
-    )
+    remedy = f"the nearest free point is ({near_x:.10g}, {near_y:.10g})"
+    raise UsageError(f"the free point ({x:g}, {y:g}) is occupied\n  {remedy}")

@@ -98,7 +98,7 @@ class Triangles:
 
 
 def _cut(segments: Floats, first: Indices, last: Indices, grid: Grid, margin: float) -> tuple[Indices, Floats, Indices]:
-    """Clip each segment to the rows from its `first` to its `last`; return row, x of both ends and segment index of each part."""
+    """Clip each segment to the rows from `first` to `last`; return row, x of both ends and segment index of each part."""
     ys = segments[..., 1]
     lowest, highest = grid.rows_of(ys.min(axis=1), ys.max(axis=1), -margin)  # one too many does no harm
     rows, number = expand(np.maximum(first, lowest), np.minimum(last, highest))

@@ -1,9 +1,9 @@
 """Ellipsoids (including spheres) and cylinders, and the cells that they occupy, computed in closed form.
 
 A row of cells and the height range cut a body by planes of constant y and z. The largest x of the cut body is at one of a few
-points: the extreme points of ellipses, and of the sections of these ellipses by the planes. All candidates are computed, those
-outside the cut body are dropped, and the largest remaining x counts. Rounding errors can only drop candidates, so a point that
-counts is always inside the body.
+points: the extreme points of ellipses, and of the sections of these ellipses by the planes. All candidates are computed.
+Candidates outside the cut body are dropped, and the largest remaining x counts. Rounding errors can only drop candidates, so a
+point that counts is always inside the body.
 
 An ellipsoid is given by its centre c and the matrix Q = A A^T, where A maps the unit ball onto the ellipsoid. Its extreme points
 along x are c +- Q e / sqrt(e^T Q e), where e is the x axis. A section of an ellipsoid by a plane of constant coordinate has the
@@ -121,7 +121,7 @@ class Cylinders(_Quadrics):
     halves: Floats
 
     def reach(self) -> Floats:
-        """Return how far each cylinder extends: the extents of its half axis plus those of a disc."""
+        """Return how far each cylinder extends: the extents of its half axis plus the extents of a disc."""
         slant = np.sqrt(np.maximum(1 - self.axes**2, 0.0))
         return self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
 

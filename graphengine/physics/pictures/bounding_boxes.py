@@ -1,4 +1,4 @@
-"""Computes oriented 3D bounding boxes of a model's bodies, as an ideal detector would report them."""
+"""Computes the oriented 3D bounding boxes that an ideal detector would report for the bodies of a model."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.descriptions.geoms import extents
 from graphengine.devices.camera import BOX_3D
-from graphengine.devices.rotation import Pose, multiply, rotate
-from graphengine.physics.pictures.frame_capture import SEEN
+from graphengine.devices.rotation import Pose, multiply
+from graphengine.physics.pictures.frame_capture import SEEN, axes_of
 
 _OPTICAL = (1.0, 0.0, 0.0, 0.0)
 """Quaternion (x, y, z, w) from a camera frame (-z forward, y up) to an optical frame (z forward, y down): half a turn about x."""
@@ -40,8 +40,7 @@ class BoundingBoxes:
 
     def seen_from(self, data: mujoco.MjData, pose: Pose) -> NDArray[np.void]:
         """Return the boxes of all bodies in the optical frame of a camera, given the camera's pose in the world."""
-        place, turn = pose[0], multiply(pose[1], _OPTICAL)
-        camera = np.array([rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
+        place, camera = pose[0], axes_of(multiply(pose[1], _OPTICAL)).T
         found = self._boxes.copy()
         axes = data.xmat[self._bodies].reshape(-1, 3, 3).transpose(0, 2, 1)
         found["transform"][:, :3, :3] = axes @ camera

@@ -1,4 +1,4 @@
-"""Captures the visible state of a model, so that it can be rendered while the simulation continues.
+"""Captures the visible state of a model. The state can be rendered while the simulation continues.
 
 A MuJoCo scene (MjvScene) contains everything that rendering needs, so only the thread that steps the simulation reads the state.
 """
@@ -13,14 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.descriptions.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, Bools, Floats, mujoco
-from graphengine.devices.rotation import Pose, rotate
+from graphengine.devices.rotation import Pose, Quaternion, rotate
 
 SKY = 0.7
-"""Distance at which MuJoCo draws the sky, as a fraction of the far plane's distance; the sky hides objects behind it."""
+"""Distance at which MuJoCo draws the sky, divided by the distance of the far plane. The sky hides objects that are farther
+away."""
 
 SEEN = [group in (RAYS_AND_PICTURES, 1, PICTURES) for group in range(6)]
 """Whether images show the geoms of each geom group."""
 _ALL_BUT_DECORATION = mujoco.mjtCatBit.mjCAT_STATIC.value | mujoco.mjtCatBit.mjCAT_DYNAMIC.value
+
+
+def axes_of(turn: Quaternion) -> Floats:
+    """Return the axes of a rotated frame as rows (x, y, z) in the frame in which the rotation is given."""
+    return np.array([rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +38,7 @@ class Lens:
         half_height: tangent of half the vertical field of view; for a parallel projection, half the height of the image, m.
         near: distance of the near plane, m.
         far: distance of the far plane, m.
-        parallel: whether the projection is parallel, as for a plan.
+        parallel: whether the projection is parallel; plans use this projection.
     """
 
     size: tuple[int, int]
@@ -77,8 +83,7 @@ class Lens:
             centres: centres of the spheres, shape (n, 3), m.
             radii: radii of the spheres, m.
         """
-        place, turn = pose
-        right, up, back = (np.array(rotate(turn, axis)) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+        place, (right, up, back) = pose[0], axes_of(pose[1])
         high, wide = self.half_height, self.half_height * self.size[0] / self.size[1]
         # Outward normals of the planes through the camera that bound what is in sight; the last one has it before the camera.
         normals = np.array([up + high * back, high * back - up, right + wide * back, wide * back - right, back])
@@ -133,14 +138,15 @@ class FrameCapture:
     def capture(
         self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False
     ) -> Shot:
-        """Capture what a camera sees of a state.
+        """Capture the part of a state that a camera sees.
 
         Args:
             data: state of the model.
             pose: pose of the camera.
             lens: lens of the camera.
             segmentation: whether a segmentation can also be rendered from the shot.
-            whole: whether to include objects outside the view, which may cast shadows into it; leaving them out saves time.
+            whole: whether to include bodies outside the view. They may cast shadows into the view; capturing without them is
+                faster.
         """
         scene = self._idle.pop() if self._idle else mujoco.MjvScene(self.model, self._capacity)
         lens.aim(scene, pose)

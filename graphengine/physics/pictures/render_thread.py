@@ -11,7 +11,7 @@ import threading
 import weakref
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from contextlib import ExitStack, closing, suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import TYPE_CHECKING
@@ -24,16 +24,15 @@ from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import housing_of
 from graphengine.format.stateful import Stateful
-from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
 from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot
-from graphengine.physics.pictures.rendering import Image, Renderer
+from graphengine.physics.pictures.rendering import Image, RendererCache
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
 
 NICENESS = 10
-"""Niceness of the render thread, so that the thread that steps the simulation has priority."""
+"""Niceness of the render thread. It gives priority to the thread that steps the simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +72,7 @@ class RenderThread(Stateful):
         return self._labels
 
     def expect(self, lens: Lens) -> None:
-        """Announce a lens, so that the first renderer is large enough for the images of this lens."""
+        """Announce a lens. The first renderer is then made large enough for the images of this lens."""
         self._size = max(self._size[0], lens.size[0]), max(self._size[1], lens.size[1])
         self._far = max(self._far, lens.far)
 
@@ -147,49 +146,12 @@ def _draw_all(jobs: _Jobs) -> None:
     """Run the render thread: render the jobs in the queue until None arrives."""
     with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
-    with closing(_RendererCache()) as renderers:
+    with closing(RendererCache()) as renderers:
         while (job := jobs.get()) is not None:
             if job.picture.set_running_or_notify_cancel():
                 try:
-                    job.picture.set_result(job.develop(renderers.draw(job)))
+                    job.picture.set_result(job.develop(renderers.draw(job.shot, job.size, job.far)))
                 except BaseException as error:  # told to whoever waits for the picture
                     job.picture.set_exception(error)
             job.give_back(job.shot)
             del job  # or this thread would keep the simulation alive
-
-
-class _RendererCache:
-    """The current renderer and OpenGL context of the render thread; a new model needs a new renderer, but no new context."""
-
-    def __init__(self) -> None:
-        self._opengl = ExitStack()
-        self._renderer: Renderer | None = None
-
-    def draw(self, job: _Job) -> Image:
-        """Render the shot of a job. After an error, renderer and context are destroyed, and created again for the next shot.
-
-        Raises:
-            RenderError: OpenGL does not work here, or rendering failed.
-        """
-        try:
-            return self._renderer_for(job).draw(job.shot)
-        except BaseException:
-            self.close()
-            raise
-
-    def _renderer_for(self, job: _Job) -> Renderer:
-        if self._renderer is None:
-            self._opengl.enter_context(opengl.context())
-        elif not self._renderer.fits(job.shot):
-            self._renderer.close()
-        else:
-            return self._renderer
-        self._renderer = Renderer(job.shot.model, job.size, job.far)
-        return self._renderer
-
-    def close(self) -> None:
-        """Destroy the renderer and the OpenGL context."""
-        if self._renderer is not None:
-            self._renderer.close()
-        self._renderer = None
-        self._opengl.close()

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.descriptions.engine import mujoco
 from graphengine.format.errors import RenderError
+from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.frame_capture import Lens, Shot
 
 _SHADOW, _REFLECTION = mujoco.mjtRndFlag.mjRND_SHADOW.value, mujoco.mjtRndFlag.mjRND_REFLECTION.value
@@ -80,10 +82,8 @@ class Renderer:
 
     def fits(self, shot: Shot) -> bool:
         """Return whether this renderer can draw a shot: same model, and large enough in size and distance."""
-        width, height = shot.lens.size
-        return (
-            shot.model is self.model and width <= self.size[0] and height <= self.size[1] and shot.lens.far <= self.far
-        )
+        (width, height), far = shot.lens.size, shot.lens.far
+        return shot.model is self.model and width <= self.size[0] and height <= self.size[1] and far <= self.far
 
     def draw(self, shot: Shot) -> Image:
         """Draw colours and depths in one pass, and the segmentation in another one if requested.
@@ -122,12 +122,51 @@ class Renderer:
         self._context.free()
 
 
+class RendererCache:
+    """The present renderer and OpenGL context of a thread; a new model needs a new renderer, but no new context."""
+
+    def __init__(self) -> None:
+        self._opengl = ExitStack()
+        self._renderer: Renderer | None = None
+
+    def draw(self, shot: Shot, size: tuple[int, int], far: float, **settings: Any) -> Image:
+        """Render a shot. After an error, renderer and context are destroyed, and created again for the next shot.
+
+        Args:
+            shot: shot to render.
+            size: maximum width and height of later images, if a new renderer is needed, pixels.
+            far: maximum distance of a later lens's far plane, m.
+            settings: see `Renderer`; the same for all shots.
+
+        Raises:
+            RenderError: OpenGL does not work here, or rendering failed.
+        """
+        try:
+            if self._renderer is None:
+                self._opengl.enter_context(opengl.context())
+            elif not self._renderer.fits(shot):
+                self._renderer.close()
+                self._renderer = None
+            self._renderer = self._renderer or Renderer(shot.model, size, far, **settings)
+            return self._renderer.draw(shot)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Destroy the renderer and the OpenGL context; a later shot creates them again."""
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = None
+        self._opengl.close()
+
+
 def distances(lens: Lens, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return distances along the optical axis for values in the depth buffer, m.
 
     OpenGL stores matrices in single precision, and one entry of MuJoCo's projection matrix is a small difference of numbers near
     1. The error of this entry is up to 6e-8, which corresponds to 2 mm at 20 m. Here the entry is computed with the same
-    precision, so that the error cancels out.
+    precision. So the error cancels out.
     """
     near, far = np.float32(lens.near), np.float32(lens.far)
     metres: NDArray[np.float32]

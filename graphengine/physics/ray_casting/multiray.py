@@ -1,9 +1,9 @@
-"""Ray casting with `mj_multiRay`, which tests every geom for every ray.
+"""Ray casting with `mj_multiRay`. This function tests every geom for every ray.
 
 Its argument `bodyexclude` excludes only a single body. So during a cast, the geoms that the rays pass through are moved to a
 separate geom group. Rays that hit a collider of the sensor's own robot nearer than the sensor's least distance are cast again
-without this collider. If all rays are in one plane, which intersects only a part of the world, they are cast into a small model
-of that part (`plane_culling`).
+without this collider. If all rays are in one plane, the plane intersects only a part of the world. Then rays are cast into a
+small model of this part (`plane_culling`).
 """
 
 from __future__ import annotations

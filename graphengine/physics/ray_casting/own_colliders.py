@@ -1,4 +1,4 @@
-"""The colliders of a sensor's own robot, and which of them the sensor's rays pass through.
+"""The colliders of a sensor's own robot, and the colliders that the sensor's rays pass through.
 
 The rays of a sensor with `sees_own_robot: false` pass through its whole robot. The rays of all other sensors hit the robot, but
 pass through the sensor's own link and housing, the links that its key `ignores` names, each collider in which they start, and
@@ -55,7 +55,7 @@ class OwnColliders:
         self.seen = bool((self.roles == VISIBLE).any())
         """Whether rays hit any geom of the robot."""
         self.always_passed = np.flatnonzero(self.roles == PASSED)
-        """Ids of the geoms that the rays pass through at every pose; `start_at` adds those that contain every origin."""
+        """Ids of the geoms that the rays pass through at every pose; `start_at` adds the geoms that contain every origin."""
         weld = model.body_weldid
         rigid = weld[bodies] == weld[body]
         self._rigid = np.flatnonzero((self.roles == VISIBLE) & rigid)

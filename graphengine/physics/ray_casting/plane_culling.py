@@ -63,12 +63,12 @@ class PlaneSlice:
 
     @staticmethod
     def serves(model: mujoco.MjModel, seen: Sequence[int]) -> bool:
-        """Return whether a small model can be built: there are geoms in `seen`, and none of them needs a mesh or other asset."""
+        """Return whether a small model can be built: there are geoms in `seen`, and no geom needs a mesh or another asset."""
         shapes = {getattr(mujoco.mjtGeom, f"mjGEOM_{shape}") for shape in _SHAPES}
         return len(seen) > 0 and all(mujoco.mjtGeom(kind) in shapes for kind in model.geom_type[list(seen)])
 
     def covers(self, origin: Floats, normal: Floats) -> bool:
-        """Return whether a plane intersects none of the geoms that were left out, so that the small model is sufficient."""
+        """Return whether a plane intersects none of the geoms that were left out. Then the small model is sufficient."""
         return bool(np.all(_beyond(self._centres, self._halves, origin, normal, 0.0)))
 
     def refresh(self, data: mujoco.MjData) -> None:

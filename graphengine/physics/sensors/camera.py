@@ -1,8 +1,8 @@
 """A camera: an image captured in one tick is delivered a fixed number of ticks later, however long rendering takes.
 
 A sample (see `sampling`) is captured when it is first requested in its tick, and rendered by the `render_thread`. The tick in
-which the image is due waits until it is rendered. A simulation in real time does not wait: it drops and counts a late image,
-and captures no image while the camera's previous one is being rendered, because a queue of images would make each of them late.
+which the image is due waits until it is rendered. A simulation in real time does not wait: it drops and counts late images. While
+an image is being rendered, the camera captures no other image, because each image in a queue would be late.
 
 An object nearer than the clip range hides the objects behind it, as with a real lens, but gets no depth. Surfaces are visible
 only from their front: a camera inside a closed shape sees out of the shape, while rays hit its inside.
@@ -118,7 +118,7 @@ class PinholeCamera(Sampled):
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
-        """Return the prim's path and the image size as the key, so that each size has its own handle."""
+        """Return the prim's path and the image size as the key; each size has its own handle."""
         width, height = options.get("size") or prim.facts["size"]
         return f"{prim.path}/{width}x{height}"
 
@@ -175,7 +175,7 @@ class PinholeCamera(Sampled):
         return self._expose(False)
 
     def picture(self, *, segmentation: bool = False) -> Picture:
-        """Render an image of the current state now, wait for it and return it.
+        """Render an image of the current state, wait for the image, and return it.
 
         Raises:
             RenderError: the image could not be rendered.

@@ -1,4 +1,4 @@
-"""A contact sensor, which measures the mean contact force during a tick, so that a touch between two ticks is not missed.
+"""A contact sensor. It measures the mean contact force during a tick. So it does not miss a touch between two ticks.
 
 The sensor measures contacts of the body that carries it. It ignores contacts of other bodies that are fixed to that body.
 """

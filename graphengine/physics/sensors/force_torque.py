@@ -1,7 +1,7 @@
-"""A force-torque sensor, which measures the wrench that the joint above its link transmits, also if the joint is fixed.
+"""A force-torque sensor. It measures the wrench that the joint above its link transmits; this joint may be fixed.
 
-The wrench is the mean over the physics steps of a tick, so that it is the transmitted impulse over the duration of the tick. It
-follows from the accelerations of the links beyond the joint and from the forces on them: gravity, contacts, constraints, pushes.
+The wrench is the mean over the physics steps of a tick: the transmitted impulse, divided by the duration of the tick. It follows
+from the accelerations of the links beyond the joint and from the forces on them: gravity, contacts, constraints, pushes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""An inertial measurement unit (IMU), which measures mean values over the time since its last sample.
+"""An inertial measurement unit (IMU). It measures mean values over the time since its last sample.
 
 So the integral of the samples gives the motion, a shock between two samples is not missed, and a contact that vibrates for one
 physics step does not count as if it had lasted for the whole sample. Acceleration is the change of velocity per step in the world
@@ -142,7 +142,7 @@ class InertialUnit(CarriedPrim):
         self.see_displacement()
 
     def see_displacement(self) -> None:
-        """Take the current velocity and orientation as those before the next step."""
+        """Remember the current velocity and orientation as the values before the next step."""
         self._velocity, self._orientation = self.velocity()[0], self.pose()[1]
 
     def see_motion(self) -> None:
@@ -185,7 +185,7 @@ class InertialUnit(CarriedPrim):
         return -x, -y, -z
 
     def _at_rest(self) -> _Mean:
-        """Return the values that are reported before the first sample: those of a unit without acceleration."""
+        """Return the values that are reported before the first sample: the values of a unit without acceleration."""
         turning, orientation = self.velocity()[1], self.pose()[1]
         gravity = unrotate(orientation, self._upwards())
         return _Mean(0, -1, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)

@@ -113,12 +113,12 @@ class InertialErrors:
         self._drawn: tuple[tuple[int, int], Floats] | None = None
 
     def drift(self, seed: int, sample: int, known: Drift | None) -> Drift:
-        """Return the biases of a sample, computed from those of an earlier sample if they are known.
+        """Return the biases of a sample, computed from the biases of an earlier sample if these are known.
 
         Args:
             seed: the session's seed.
             sample: number of the sample, from 0.
-            known: biases of any sample, or None; those of a sample shortly before this one make the computation fast.
+            known: biases of any sample, or None; the biases of a sample shortly before this sample make the computation fast.
         """
         if known is None or known.seed != seed or known.sample > sample:
             known = Drift(seed, 0, self._deviation * self._random(seed, 0)[:6], np.zeros(6))

@@ -121,9 +121,8 @@ class LidarProfile(Profile):
         check_distances(self.resolution, near=self.near, far=self.far)
         rings = len(self.elevations)
         if rings * self.beams.count > MAX_BEAMS:
-            raise ValueError(
-                f"{rings} rings of {self.beams.count} beams are too many: at most {MAX_BEAMS} beams in all"
-            )
+            text = f"{rings} rings of {self.beams.count} beams are too many"
+            raise ValueError(f"{text}: at most {MAX_BEAMS} beams in all")
         return self
 
     @property

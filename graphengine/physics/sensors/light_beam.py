@@ -1,6 +1,6 @@
 """A light beam sensor: one beam or a curtain of parallel beams; the sensor detects which beams are broken.
 
-The beams hit the same objects as the beams of a lidar. They are cast when the sensor is read.
+The beams hit the same geoms as the beams of a lidar. They are cast when the sensor is read.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class LightCurtain(RayBundle):
         super()._set_up()
 
     def reading(self) -> BeamReading:
-        """Cast the beams; return whether each beam is broken, its depth (m) and the positions of both its ends."""
+        """Cast the beams; return for each beam whether it is broken, the depth (m), and the positions of both ends."""
         position, rotation = self.frame()
         hits = self.cast(position, rotation)
         ends = self._origins + hits.depths[:, None] * self._directions

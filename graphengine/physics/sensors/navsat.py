@@ -51,7 +51,7 @@ class NavSatReceiver(TickSampled[NavSatReading]):
         super()._set_up()
 
     def bind(self) -> None:
-        """Look up the body that carries the receiver, and the place of the world on Earth."""
+        """Look up the body that carries the receiver, and the coordinates of the world on Earth."""
         super().bind()
         self._plane = TangentPlane(*(earth_of(self._simulation.model) or (0.0, 0.0, 0.0, 0.0)))
 

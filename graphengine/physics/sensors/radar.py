@@ -1,7 +1,7 @@
 """The radar: casts rays into the collision geometry, and measures distance and radial velocity of the points that they hit.
 
-Rays hit the same objects as those of a lidar. Every hit in range is one detection. The
-radial velocity is that of the surface point relative to the radar, along the ray.
+Its rays hit the same geoms as the rays of a lidar. Every hit in range is one detection. The radial velocity is that of the
+surface point relative to the radar, along the ray.
 
 The noise model is this project's own: independent normal errors of distance, radial velocity and angles. It is not that of a
 data sheet or of Isaac Sim's RTX radar; multipath, clutter, ambiguity and the radar cross-section of materials are not

@@ -1,8 +1,8 @@
 """A range sensor that casts a cone of rays and measures the smallest distance.
 
-The rays hit the same objects as the rays of a lidar. They form rings around the sensor's
-x axis; the outermost ring is the edge of the cone. Objects between two rings are not detected. The sensor detects a surface even
-if it does not reflect towards the sensor, unlike real ultrasonic sensors.
+The rays hit the same geoms as the rays of a lidar. They form rings around the sensor's x axis; the outermost ring is the edge of
+the cone. Objects between two rings are not detected. The sensor detects a surface even if it does not reflect towards the sensor,
+unlike real ultrasonic sensors.
 """
 
 from __future__ import annotations

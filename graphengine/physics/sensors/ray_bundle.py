@@ -55,7 +55,8 @@ class RayBundle(CarriedPrim):
         members = [np.flatnonzero(group.ravel() == number) for number in range(len(places))]
         self._groups = [(rays, self._caster(self._directions[rays], self._ranges[0])) for rays in members]
         self._single: dict[int, Caster] = {}
-        """Casters for single rays, by the ray's index; used for rays with a hit nearer than the least distance."""
+        """A dict from the index of a ray to a caster for this ray alone; used for rays with a hit nearer than the least
+        distance."""
 
     def cast(self, position: Floats, rotation: Floats) -> Hits:
         """Cast all rays for a sensor's position (m) and rotation matrix in the world frame."""

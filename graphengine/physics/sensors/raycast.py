@@ -1,6 +1,6 @@
 """A raycast sensor, whose rays have individual origins and directions.
 
-The rays hit the same objects as the rays of a lidar. All rays are cast when the sensor is read.
+The rays hit the same geoms as the rays of a lidar. All rays are cast when the sensor is read.
 """
 
 from __future__ import annotations

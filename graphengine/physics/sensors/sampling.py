@@ -1,8 +1,8 @@
 """Determines when a sensor takes samples, and the random numbers for the noise of a sample.
 
-Sample n belongs to the first tick at or after n / rate seconds, computed with integers, so that rates do not drift: 20 Hz at 60
-ticks per second is every third tick, 7 Hz is every eighth or ninth tick. Random numbers come from a counter-based generator,
-which starts from seed, prim path and sample number. So they do not depend on which samples were requested before.
+Sample n belongs to the first tick at or after n / rate seconds. This tick is computed with integers; so rates do not drift: 20 Hz
+at 60 ticks per second is every third tick, 7 Hz is every eighth or ninth tick. Random numbers come from a counter-based
+generator, which starts from seed, prim path and sample number. So they do not depend on which samples were requested before.
 """
 
 from __future__ import annotations
@@ -79,9 +79,9 @@ class TickSampled(Sampled, Generic[S]):
         self._newest = None
 
     def reading(self) -> S:
-        """Return the newest sample, which is measured when it is first requested in its tick; all callers get the same object.
+        """Return the newest sample. It is measured at the first request in its tick; all callers get the same object.
 
-        If no node requested the sample in its tick, it is measured now with its own number and the current time, and not kept.
+        A sample that no node requested in its tick is measured now, with its own number and the current time, and is not kept.
         """
         index = self.index
         if self._newest is not None and self._newest[0] == index:

@@ -1,4 +1,4 @@
-"""A surface gripper, which holds bodies by welds at its grip points.
+"""A surface gripper. It holds bodies by welds at its grip points.
 
 While the gripper closes, it casts a ray from each point along its forward axis. If the ray hits a body, the body is welded to the
 gripper at its current pose. A weld breaks if its force exceeds a limit of the gripper. A new weld needs ten steps to settle; its
@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from graphengine.descriptions.engine import mujoco, wake
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.surface_gripper import GripperStatus, SurfaceGripperDevice
@@ -129,8 +129,7 @@ class SuctionGripper(CarriedPrim):
         for weld in holding:
             simulation.welds.release(weld)
         if holding:
-            wake(simulation.model, simulation.data)  # a sleeping body would not fall
-            simulation.refresh()
+            simulation.wake_all()  # a sleeping body would not fall
 
     def see_forces(self) -> None:
         """Grip bodies while closing, and release bodies whose force exceeds a limit; called in each physics step."""

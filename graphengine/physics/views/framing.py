@@ -22,14 +22,14 @@ ELEVATIONS = (18.0, 40.0, 65.0)
 AZIMUTHS = (35.0, -35.0, 145.0, -145.0, 90.0, -90.0)
 """Possible azimuths of a camera from a robot's x axis, best first, degrees."""
 ROOM = 0.1
-"""Half the side of the square around a camera that must be free, as a share of the camera's distance."""
+"""Half the side of the square around a camera that must be free, divided by the camera's distance."""
 
 _SEEN = np.array(SEEN, np.uint8)
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 def corner_points(simulation: Simulation, chosen: Bools, otherwise: Floats) -> Floats:
-    """Return the corners of the boxes around the visible geoms among those in `chosen`, in the world frame, m, shape (n, 3).
+    """Return the corners of the boxes around the visible geoms in `chosen`, in the world frame, m, shape (n, 3).
 
     If none is visible, return the corners of a cube of 1 m around the point `otherwise`.
     """
@@ -105,7 +105,7 @@ def fitting_offset(points: Floats, centre: Floats, back: Floats, halves: tuple[f
 
 
 def best_direction(simulation: Simulation, robots: Sequence[Prim], halves: tuple[float, float]) -> Floats:
-    """Return the direction from the robots to the camera in which other bodies hide the fewest of them, as a unit vector."""
+    """Return a unit vector from the robots to the camera; in this direction, other bodies hide the fewest robots."""
     first = heading(simulation, robots[0]) if robots else 0.0
     each = [robot_points(simulation, robot) for robot in robots]
     points = np.concatenate(each) if each else world_points(simulation)

@@ -19,15 +19,16 @@ FILLED = 0.31
 """Share of the image's height that a followed robot fills; a wide robot fills `WIDE` of the width instead, and is then lower."""
 WIDE = 0.5
 LOWER = 0.16
-"""Distance of a followed robot below the middle of the image, as a share of the image's height, so that its way is visible."""
+"""Distance of a followed robot below the middle of the image, divided by the image's height. It leaves room for the robot's way
+ahead."""
 ONE, MANY = 0.42, 0.85
 """Share of the image's height and width that one robot, or several, fill in the perspective view."""
 BEHIND = tuple(math.radians(degrees) for degrees in (17.0, 32.0, 47.0, 62.0))
 """Angles between the line of sight of a camera that follows a robot and the floor; the first one without an obstacle is taken."""
 TURNING, RAISING, MOVING, RESIZING, RETURNING = 0.6, 0.4, 0.25, 1.0, 1.5
-"""Time constants with which a camera turns, rises, follows place and size of a robot, and moves back after an obstacle, s."""
+"""Time constants with which a camera turns, rises, follows position and size of a robot, and moves back after an obstacle, s."""
 GAP = 0.95
-"""Position of a camera before an obstacle, as a share of the free way from the robot."""
+"""Distance of a camera from the robot before an obstacle, divided by the length of the free way."""
 NEAREST = 0.2
 """Share of its distance from a robot that a camera keeps even if an obstacle is closer."""
 
@@ -54,7 +55,7 @@ class RobotCamera:
         self._centre = self._offset = np.zeros(3)
 
     def aim(self, time: float) -> tuple[Pose, Floats, float]:
-        """Return the camera's pose, the centre of what it shows, and its distance from there, m.
+        """Return the camera's pose, the centre of the visible robots, and the distance of the camera from this centre, m.
 
         Args:
             time: time of the image, s; the camera moves in the time since the last call, and the first call places it.
@@ -93,7 +94,7 @@ class RobotCamera:
         return offset
 
     def _behind(self, robot: Prim, shown: Floats, elapsed: float) -> Floats:
-        """Return the direction from a robot to the camera behind it, which rises where something is between them."""
+        """Return the direction from a robot to the camera behind it. The camera rises if a body hides the robot."""
         turn = math.remainder(framing.heading(self._simulation, robot) + math.pi - self._azimuth, math.tau)
         self._azimuth += turn * _share(elapsed, TURNING)
         best, most = BEHIND[0], 0.0

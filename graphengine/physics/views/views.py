@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graphengine.descriptions.engine import Floats, mujoco
-from graphengine.devices.rotation import Pose, Quaternion, Vector3, pose_of, rotate
-from graphengine.physics.pictures import opengl
-from graphengine.physics.pictures.frame_capture import SKY, Lens, Shot
-from graphengine.physics.pictures.rendering import SHADOW_MAP, Image, Renderer
+from graphengine.devices.rotation import Pose, Quaternion, Vector3, pose_of
+from graphengine.physics.pictures.frame_capture import SKY, Lens, Shot, axes_of
+from graphengine.physics.pictures.rendering import SHADOW_MAP, Image, RendererCache
 from graphengine.physics.views import framing
 from graphengine.physics.views.tracking import RobotCamera
 
@@ -99,7 +98,7 @@ class ViewCamera:
 
 
 def find_view(simulation: Simulation, name: str, size: Size) -> View:
-    """Return the view with a given name, which must be one of `names`, for the current state of the simulation."""
+    """Return the view with a given name for the current state of the simulation; the name must be one of `names`."""
     return ViewCamera(simulation, name, size).view()
 
 
@@ -108,13 +107,12 @@ class ViewRenderer:
 
     Args:
         simulation: world to show.
-        shadow_map: side of the shadow map, texels; half of it saves half of the time.
+        shadow_map: side of the shadow map, texels; a map with half the side takes half the time.
     """
 
     def __init__(self, simulation: Simulation, shadow_map: int = SHADOW_MAP) -> None:
         self._simulation, self._shadow_map = simulation, shadow_map
-        self._opengl = ExitStack()
-        self._renderer: Renderer | None = None
+        self._renderers = RendererCache()
 
     def draw(self, view: View, *, segmentation: bool = False) -> Image:
         """Render a view of the current state.
@@ -126,24 +124,12 @@ class ViewRenderer:
         _light(shot, view)
         if not segmentation:  # it would be drawn as a body
             _add_sky(shot, view)
-        if self._renderer is None or not self._renderer.fits(shot):
-            self.close()
-            self._opengl.enter_context(opengl.context())
-            self._renderer = Renderer(
-                shot.model,
-                view.lens.size,
-                view.lens.far,
-                samples=4,
-                shadows=view.reach,
-                shadow_map=self._shadow_map,
-            )
-            self._opengl.callback(self._renderer.close)
-        return self._renderer.draw(shot)
+        settings = {"samples": 4, "shadows": view.reach, "shadow_map": self._shadow_map}
+        return self._renderers.draw(shot, view.lens.size, view.lens.far, **settings)
 
     def close(self) -> None:
         """Release OpenGL; a later image creates it again."""
-        self._opengl.close()
-        self._renderer = None
+        self._renderers.close()
 
 
 def draw(simulation: Simulation, view: View, *, segmentation: bool = False) -> Image:
@@ -179,14 +165,14 @@ def _light(shot: Shot, view: View) -> None:
 
 
 def _add_sky(shot: Shot, view: View) -> None:
-    """Put a wall of the sky's colour behind all objects, if the model has no sky, which MuJoCo would draw black."""
+    """Put a wall of the sky's colour behind all bodies if the model has no sky; MuJoCo would draw a black background."""
     if mujoco.mjtTexture.mjTEXTURE_SKYBOX in shot.model.tex_type:
         return
     (place, turn), lens, scene = view.pose, view.lens, shot.scene
     wall, distance = scene.geoms[scene.ngeom], SKY * lens.far
     scene.ngeom += 1
     half = 1.1 * lens.half_height * max(1.0, lens.size[0] / lens.size[1]) * (1.0 if lens.parallel else distance)
-    axes = np.array([rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
+    axes = axes_of(turn)
     shape, size = mujoco.mjtGeom.mjGEOM_PLANE.value, np.array([half, half, 1.0])
     mujoco.mjv_initGeom(
         wall, shape, size, place - distance * axes[2], axes.T.reshape(-1), np.array(SKY_COLOUR, np.float32)

@@ -1,4 +1,4 @@
-"""Serves all topics of a run to Foxglove clients over WebSocket with Foxglove's SDK, in addition to any transport."""
+"""Serves all topics of a run to Foxglove clients over WebSocket with Foxglove's SDK, beside any transport."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def open_server(address: Address, name: str, definitions: Definitions, *, publis
         address: host and port to listen on.
         name: name of the run, for display in clients.
         definitions: message types.
-        publish: whether clients that have the token, which the server's URL then contains, may publish; nobody may otherwise.
+        publish: whether clients that have the token may publish; the server's URL then contains the token.
 
     Raises:
         TransportError: foxglove-sdk or websockets is not installed, or the address cannot be used.
@@ -27,7 +27,6 @@ def open_server(address: Address, name: str, definitions: Definitions, *, publis
     try:
         from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
     except ImportError as error:
-        raise TransportError(
-            f"Foxglove needs foxglove-sdk and websockets: {error}\n  {install_command('foxglove')}"
-        ) from None
+        what = f"Foxglove needs foxglove-sdk and websockets: {error}"
+        raise TransportError(f"{what}\n  {install_command('foxglove')}") from None
     return FoxgloveServer(address, name, definitions, publish=publish)

@@ -8,7 +8,7 @@ from typing import Any
 from graphengine.messages.endpoints import EndpointClaim
 
 MOST = 4
-"""Maximum number of panels of the same type, to keep the layout readable."""
+"""Maximum number of panels of the same type."""
 SPEED, TURN, RATE = 0.5, 0.5, 10.0
 """Forward speed (m/s), turn rate (rad/s) and publishing rate (Hz) of the drive buttons."""
 
@@ -30,7 +30,7 @@ _DESCRIPTION = "/robot_description"
 
 
 def foxglove_layout(claims: Iterable[EndpointClaim]) -> dict[str, Any]:
-    """Return the layout as the content of a JSON file that Foxglove imports.
+    """Return a layout for Foxglove, which imports it as a JSON file.
 
     Args:
         claims: topics and services of a scene, in any order.
@@ -57,7 +57,7 @@ def foxglove_layout(claims: Iterable[EndpointClaim]) -> dict[str, Any]:
 
 
 def _space(published: Sequence[EndpointClaim]) -> dict[str, Any]:
-    """Return the 3D panel: its camera follows the root frame; it shows a grid, published URDFs, and topics with 3D data."""
+    """Return a 3D panel with a grid, published URDFs and topics with 3D data; the camera follows the root frame."""
     parents = _unique(parent for claim in published for parent, _ in claim.transforms)
     children = {child for claim in published for _, child in claim.transforms}
     roots = [parent for parent in parents if parent not in children]
@@ -72,7 +72,7 @@ def _space(published: Sequence[EndpointClaim]) -> dict[str, Any]:
 
 
 def _pictures(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
-    """Return an image panel for each image topic, with the CameraInfo topic in the same namespace for calibration."""
+    """Return an image panel for each image topic; the CameraInfo topic in the same namespace gives the calibration."""
     calibrations = {_folder(claim.topic): claim.topic for claim in published if claim.message_type == _CALIBRATION}
     topics = _unique(claim.topic for claim in published if claim.message_type in _PICTURES)
     modes = [{"imageTopic": topic, "calibrationTopic": calibrations.get(_folder(topic))} for topic in topics]
@@ -80,7 +80,7 @@ def _pictures(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
 
 
 def _speeds(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
-    """Return one plot panel with the speeds in all odometry topics, over header stamps; empty without such topics."""
+    """Return one plot panel with the speeds of all odometry topics over header stamps; empty without odometry topics."""
     topics = _unique(claim.topic for claim in published if claim.message_type == _ODOMETRY)
     fields = [f"{topic}.twist.twist.{part}" for topic in topics for part in ("linear.x", "angular.z")]
     paths = [{"value": field, "enabled": True, "timestampMethod": "headerStamp"} for field in fields]

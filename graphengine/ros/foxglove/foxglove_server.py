@@ -1,7 +1,7 @@
 """A WebSocket server that sends the topics of a run to Foxglove clients, and can receive messages that clients publish.
 
-The SDK has its own threads: it sends messages and calls the methods `on_…` there. It keeps no messages for late subscribers; so
-this module keeps the messages of latched topics.
+The SDK sends messages and calls the methods `on_…` in threads that the SDK starts. The SDK keeps no messages for late
+subscribers; so this module keeps the messages of latched topics.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ ENCODING = "cdr"
 BACKLOG = 256
 """Maximum number of messages queued for a client; a slow client misses the oldest messages."""
 CLOSING = 1.0
-"""Maximum wait for clients at `close`, s; the SDK itself would wait forever for a client that does not read."""
+"""Maximum wait for clients at `close`, s; without this limit, the SDK waits forever for a client that does not read."""
 MAX_KEPT = 1000
 """Maximum number of latched messages kept for an endpoint with the history keepAll."""
 MAX_NAMES = 1000
-"""Maximum length of the names of a topic and its type that a client advertises together, characters."""
+"""Maximum total length of topic name and message type in a client's advertisement, characters."""
 MAX_PUBLISHED = 1000
 """Maximum number of topics that all clients together may advertise."""
 
 
 class ServedEnd:
-    """A writer or reader of the run; Foxglove clients can receive its messages.
+    """A writer or reader of the run whose messages Foxglove clients can receive.
 
     Args:
         topic: full name.
         message_type: as in `nav_msgs/msg/Odometry`.
-        qos: profile of the endpoint; if it is latched, its depth is the number of messages kept for late subscribers.
+        qos: profile of the endpoint; a latched endpoint keeps as many messages for late subscribers as the profile's depth.
     """
 
     def __init__(self, topic: str, message_type: str, qos: QoS) -> None:
@@ -56,7 +56,7 @@ class ServedEnd:
         depth = self.qos.depth if self.qos.history == "keepLast" else MAX_KEPT
         self.kept: deque[bytes] = deque(maxlen=depth if self.qos.durability == "transientLocal" else 0)
         self.served: ServedTopic | None = None
-        """The server's topic to which `FoxgloveServer.enter` added this endpoint; None before that, and after `leave`."""
+        """The server's topic to which `FoxgloveServer.enter` added this endpoint; None before `enter` and after `leave`."""
 
     @property
     def wanted(self) -> bool:
@@ -82,7 +82,7 @@ class ServedReader(ServedEnd):
     def __init__(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> None:
         super().__init__(topic, message_type, qos)
         self.malformed = 0
-        """Number of messages from clients that were dropped because they cannot be decoded."""
+        """Number of clients' messages that were dropped because decoding failed."""
         self._deliver = deliver
         self._delivering = threading.RLock()
 
@@ -94,19 +94,24 @@ class ServedReader(ServedEnd):
                 self.show(data)
 
     def wait(self) -> None:
-        """Wait until the message that another thread is delivering has been delivered."""
+        """Wait until no other thread is delivering a message."""
         with self._delivering:
             pass
 
 
+def open_channel(context: Context, name: str, message_type: str, definitions: Definitions) -> Any:
+    """Return a new channel of a server for messages in CDR."""
+    schema = Schema(name=message_type, encoding="ros2msg", data=definitions.text(message_type).encode())
+    # foxglove.Channel would do the same, and keep every channel until the process ends.
+    return context._create_channel(name, message_encoding=ENCODING, schema=schema)
+
+
 class ServedTopic:
-    """A topic name with a message type. Clients see it as one channel, which exists while the run has endpoints on it."""
+    """A topic name with a message type. Clients see one channel for both, as long as the run has an endpoint on the topic."""
 
     def __init__(self, context: Context, key: tuple[str, str], definitions: Definitions) -> None:
         topic, message_type = key
-        schema = Schema(name=message_type, encoding="ros2msg", data=definitions.text(message_type).encode())
-        # foxglove.Channel would do the same, and keep every channel until the process ends.
-        self.channel = context._create_channel(topic, message_encoding=ENCODING, schema=schema)
+        self.channel = open_channel(context, topic, message_type, definitions)
         self.writers: list[ServedEnd] = []
         self.readers: list[ServedReader] = []
         self._lock = threading.Lock()
@@ -116,7 +121,7 @@ class ServedTopic:
         return self.readers if isinstance(end, ServedReader) else self.writers
 
     def show(self, end: ServedEnd, data: bytes) -> None:
-        """Send a message of an endpoint to clients, unless clients receive the same message from another endpoint."""
+        """Send an endpoint's message to clients, unless clients receive the same message from another endpoint."""
         if not self._is_shown(end):
             return
         if end.kept.maxlen:
@@ -133,7 +138,7 @@ class ServedTopic:
                     self.channel.log(data)
 
     def _is_shown(self, end: ServedEnd) -> bool:
-        """Return whether clients receive an endpoint's messages: yes for writers, and for the first reader without writers."""
+        """Return whether clients receive an endpoint's messages: of all writers, or without writers of the first reader."""
         return not isinstance(end, ServedReader) or (not self.writers and self.readers[:1] == [end])
 
 
@@ -157,7 +162,7 @@ class FoxgloveServer(ServerListener):
         self._topics: dict[tuple[str, str], ServedTopic] = {}
         """Served topics by name and type."""
         self._published: dict[tuple[int, int], Endpoint] = {}
-        """Publishers of clients, by client id and id of the client's channel."""
+        """Publisher for each client id and id of a channel of this client."""
         self._context = Context()
         self._gate: PublishGate | None = None
         host, port = address
@@ -175,8 +180,8 @@ class FoxgloveServer(ServerListener):
         except RuntimeError as error:
             why = str(error).rpartition("bind port: ")[2]
             raise TransportError(f"Foxglove cannot be served at {_shown(host)}:{port}: {why}") from None
-        # A thread of the SDK that logs waits for Python's lock while it holds one of its own, and `close` of a channel, which
-        # has Python's, waits for that one.
+        # Logging could deadlock: a thread of the SDK that logs would hold a lock of the SDK and wait for Python's GIL, while
+        # `close` of a channel holds the GIL and waits for the same lock.
         _foxglove_py.disable_logging()
         self.url = f"ws://{_shown(host)}:{self._server.port}"
         if publish:
@@ -189,7 +194,7 @@ class FoxgloveServer(ServerListener):
             self.url = f"ws://{_shown(host)}:{self._gate.port}/?token={self._gate.token}"
 
     def enter(self, end: ServedEnd) -> None:
-        """Start to send the messages of an endpoint to clients; the first endpoint of a topic creates its channel.
+        """Start to send the messages of an endpoint to clients; the first endpoint of a topic creates the topic's channel.
 
         Raises:
             MessageTypeError: the type is unknown.
@@ -200,8 +205,12 @@ class FoxgloveServer(ServerListener):
             end.served = self._topics[end.key]
             end.served.alike(end).append(end)
 
+    def channel(self, name: str, message_type: str) -> Any:
+        """Return a new channel that is not a topic of the run; the caller closes it."""
+        return open_channel(self._context, name, message_type, self._definitions)
+
     def leave(self, end: ServedEnd) -> None:
-        """Stop sending an endpoint's messages; the channel closes with the last endpoint of its topic. Safe to call twice."""
+        """Stop sending an endpoint's messages, and close the channel after the topic's last endpoint. Safe to call twice."""
         with self._lock:
             served, end.served = end.served, None
             if served is None:
@@ -212,7 +221,7 @@ class FoxgloveServer(ServerListener):
                 served.channel.close()
 
     def endpoints(self) -> list[Endpoint]:
-        """Return the clients' publishers on topics that the run reads; each has the QoS of the first reader, so they match."""
+        """Return the clients' publishers on topics that the run reads, each with the QoS of the topic's first reader."""
         with self._lock:
             read = self._read()
             published = [end for end in self._published.values() if end.topic in read]
@@ -246,7 +255,7 @@ class FoxgloveServer(ServerListener):
     # Called by the gate
 
     def announce(self, client: int, told: Mapping[str, Any]) -> bool:
-        """Add or remove publishers of a client; return False if the message is about something else."""
+        """Add or remove publishers of a client; return False if the client's message does neither."""
         match told:
             case {"op": "advertise", "channels": [*channels]}:
                 for channel in channels:
@@ -286,7 +295,7 @@ class FoxgloveServer(ServerListener):
             self._published = {key: end for key, end in self._published.items() if key[0] != client}
 
     def receive(self, client: int, channel: int, data: bytes) -> None:
-        """Deliver a client's message to the readers of its topic and type; drop and count it if it cannot be decoded."""
+        """Deliver a client's message to the readers of the topic and type; drop and count a message that cannot be decoded."""
         with self._lock:
             published = self._published.get((client, channel))
             served = self._topics.get((published.topic, published.message_type)) if published else None
@@ -307,5 +316,5 @@ class FoxgloveServer(ServerListener):
 
 
 def _shown(host: str) -> str:
-    """Return a host as in URLs: an IPv6 address gets brackets."""
+    """Return a host as URLs write it: an IPv6 address in brackets."""
     return f"[{host}]" if ":" in host else host

@@ -1,4 +1,4 @@
-"""Wraps a transport: Foxglove clients can also read and write its topics, but not use its services."""
+"""Wraps a transport, so that Foxglove clients can also read and write the transport's topics, but not use its services."""
 
 from __future__ import annotations
 
@@ -8,19 +8,14 @@ from collections.abc import Collection, Mapping, Sequence
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.foxglove.foxglove_server import FoxgloveServer, ServedEnd, ServedReader
 from graphengine.ros.network_graph import Direction, NetworkGraph
-from graphengine.ros.transport import (
-    Deliver,
-    Reader,
-    Transport,
-    Writer,
-)
+from graphengine.ros.transport import Deliver, Reader, Transport, Writer
 
 
 class FoxgloveTransport:
     """A transport that also sends messages to Foxglove clients, and delivers messages that Foxglove clients publish.
 
     Args:
-        inner: transport that carries the messages; closed together with this one.
+        inner: transport that carries the messages; `close` closes it too.
         server: Foxglove server, which several transports may share; the caller closes it.
     """
 
@@ -28,19 +23,19 @@ class FoxgloveTransport:
         self._inner = inner
         self._server = server
         self._ends: set[ServedEnd] = set()
-        # As the inner transport has them; Foxglove clients cannot call services.
+        # As in the inner transport; Foxglove clients cannot call services.
         self.identity, self.node, self.log = inner.identity, inner.node, inner.log
         self.server, self.client = inner.server, inner.client
         self.save, self.restore = inner.save, inner.restore
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
-        """Create a writer on a topic; Foxglove clients that subscribe to the topic also make it matched."""
+        """Create a writer on a topic; the writer is also matched while a Foxglove client subscribes to the topic."""
         writer = _Writer(self._inner.writer(topic, message_type, qos), self, ServedEnd(topic, message_type, qos))
         self._enter(writer.end)
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """Create a reader on a topic; it also delivers messages of Foxglove clients, in threads of the Foxglove server."""
+        """Create a reader on a topic; threads of the Foxglove server also deliver messages of Foxglove clients to the reader."""
         end = ServedReader(topic, message_type, qos, deliver)
         self._enter(end)
         try:
@@ -59,13 +54,13 @@ class FoxgloveTransport:
         self._ends.discard(end)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return the inner graph, in which publishers of Foxglove clients appear as writers of a node `/foxglove`."""
+        """Return the inner transport's graph; publishers of Foxglove clients are added as writers of the node `/foxglove`."""
         found, published = self._inner.graph(asked), self._server.endpoints()
         return found.with_endpoints(published) if published else found
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of dropped malformed messages by topic or service, including messages of Foxglove clients."""
+        """Number of malformed messages dropped on each topic or service, including messages of Foxglove clients."""
         counts = Counter(self._inner.malformed)
         for end in tuple(self._ends):
             counts[end.key[0]] += end.malformed if isinstance(end, ServedReader) else 0
@@ -77,7 +72,7 @@ class FoxgloveTransport:
             self.leave(end)
         self._inner.close()
 
-    # As the inner transport has it
+    # As in the inner transport
 
     @property
     def description(self) -> str:
@@ -101,7 +96,7 @@ class FoxgloveTransport:
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers of services, by name of the service."""
+        """A warning for each service with incompatible peers, by the service's name."""
         return self._inner.foreign_services
 
     @property

@@ -1,7 +1,8 @@
-"""The port of a Foxglove server to which clients may publish: it asks for a token, which the server of Foxglove's SDK cannot.
+"""A gate in front of Foxglove's SDK server: clients that have the token of the run may publish.
 
-The SDK checks neither a token nor the origin of a web page. So its server accepts no messages of clients, and listens on a port
-of the loopback interface. The gate connects clients that have the token to it; messages that these publish go to the run instead.
+The SDK checks neither a token nor the origin of a web page. So the SDK's server accepts no messages of clients, and listens only
+on the loopback interface. The gate connects each client that has the token to this server, and gives messages that the client
+publishes to the run.
 """
 
 from __future__ import annotations
@@ -27,13 +28,13 @@ from graphengine.format.web_access import has_token, make_token, parse_object
 
 SUBPROTOCOL = Subprotocol("foxglove.sdk.v1")
 MESSAGE_DATA, HEADER = 1, struct.Struct("<BI")
-"""Opcode of a message that a client publishes, and its header: opcode and id of the client's channel."""
+"""Opcode of a message that a client publishes, and format of the message's header: opcode and id of the client's channel."""
 MAX_CLIENTS = 16
 """Maximum number of clients of `--foxglove-publish` at the same time."""
 MAX_MESSAGE = 16_000_000
 """Maximum size of a message from a client, bytes."""
 MAX_TEXT = 100_000
-"""Maximum size of a text from a client, characters; while it is parsed, the run waits."""
+"""Maximum size of a text from a client, characters; the run waits while the text is parsed."""
 CLOSING = 0.5
 """Maximum wait for a client at the end, s."""
 
@@ -43,10 +44,10 @@ _OPTIONS: Any = {"subprotocols": [SUBPROTOCOL], "compression": None, "close_time
 
 
 class ClientPublishers(Protocol):
-    """Takes what clients publish; `client` is the number of a client, and `channel` its id of a channel."""
+    """Receives the publishers and messages of clients; `client` is a client's number, `channel` the client's id of a channel."""
 
     def announce(self, client: int, told: Mapping[str, Any]) -> bool:
-        """Add or remove publishers of a client; return False if the message is about something else."""
+        """Add or remove publishers of a client; return False if the client's message does neither."""
 
     def receive(self, client: int, channel: int, data: bytes) -> None:
         """Process a client's message."""
@@ -62,7 +63,7 @@ class PublishGate:
         host: host to listen on.
         port: TCP port; 0 selects a free port.
         inner: URL of the SDK's server.
-        publishers: takes what clients publish, in the gate's thread.
+        publishers: receives the publishers and messages of clients, in the gate's thread.
 
     Raises:
         OSError: the address cannot be used.
@@ -133,7 +134,7 @@ class PublishGate:
             self._publishers.forget(number)
 
     def _take(self, client: int, message: str | bytes) -> bool:
-        """Pass a message to the run if the client publishes with it; return whether it does."""
+        """Pass a message to the run if it publishes or advertises; return whether the message was passed."""
         if isinstance(message, str):
             return self._publishers.announce(client, parse_object(message) or {})
         if len(message) < HEADER.size or message[0] != MESSAGE_DATA:
@@ -143,7 +144,7 @@ class PublishGate:
 
 
 async def _send(inner: ClientConnection, client: ServerConnection) -> None:
-    """Send the messages of the SDK's server to a client until one of them closes; the server's first one names capabilities."""
+    """Send the SDK server's messages to a client until server or client closes; add `clientPublish` to the capabilities."""
     with contextlib.suppress(ConnectionClosed):
         async for message in inner:
             if isinstance(message, str) and (told := parse_object(message)) and told.get("op") == "serverInfo":

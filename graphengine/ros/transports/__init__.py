@@ -1,1 +1,1 @@
-"""The transports that carry messages between ROS 2 programs, and the choice of one of them."""
+"""The transports that carry messages between ROS 2 programs, and the choice between them."""

@@ -1,4 +1,4 @@
-"""Numbers the calls of a service client, and keeps track of unanswered calls."""
+"""Numbers the calls of a service client, and keeps the unanswered calls."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 from graphengine.format.stateful import Stateful
 
 MAX_OPEN = 10_000
-"""Maximum number of unanswered calls; if there are more, the oldest call is discarded, as its server may be gone."""
+"""Maximum number of unanswered calls; beyond this number, the oldest call is discarded, because its server may be gone."""
 
 
 class Calls(Stateful):
-    """The unanswered calls of a service; each gets a number from 1 and at most one response.
+    """The unanswered calls of a service; each has a number, counted from 1, and gets at most one response.
 
     Args:
-        give_up: called with the data of each call that is discarded because too many calls are unanswered.
+        give_up: called with the data of each call that `begin` discards because too many calls are unanswered.
     """
 
     kept = ("_last", "_open")
@@ -28,7 +28,7 @@ class Calls(Stateful):
         self._give_up = give_up
 
     def begin(self, kept: Any = True) -> int:
-        """Return the number of a new call; `kept` is the data that `end` returns for the call."""
+        """Return the number of a new call; `end` returns `kept` for this number."""
         with self._lock:
             self._last += 1
             self._open[self._last] = kept

@@ -1,4 +1,4 @@
-"""Composes two transports into one: endpoints of types that the first one lacks are opened on embedded DDS."""
+"""Composes two transports: an endpoint whose type the first transport lacks is opened on embedded DDS."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class ComposedTransport:
     """One node on the network whose endpoints are on two transports; the type of an endpoint determines its transport.
 
     The second transport is opened for the first endpoint that needs it. Messages on one topic arrive in order; between topics on
-    different transports, the order is undefined. ROS 2 programs on any DDS implementation can use all topics, but only programs
-    on the implementation of its transport can use a service or an action.
+    different transports, the order is undefined. ROS 2 programs on any DDS implementation can use all topics, but a service or
+    action works only with programs on the DDS implementation of its transport.
 
     Args:
-        first: transport that announces the node, and has its log.
+        first: transport that announces the node and publishes the node's log.
         has: returns whether the first transport has a message or service type.
         open_second: joins the same domain with embedded DDS, without announcing the node.
     """
@@ -48,13 +48,13 @@ class ComposedTransport:
         self._lock = threading.Lock()
         self._closed = False
         self._actions: dict[str, Transport] = {}
-        """Transport of each action, which also has the parts of the action whose types all actions share."""
+        """Transport of each action; the parts of the action with types that all actions share are on this transport too."""
         self._lacking: dict[str, None] = {}
-        """Packages of the types that the first transport lacks, in the order of use."""
+        """Packages of the types that the first transport lacks, in order of use."""
         self._apart: dict[str, None] = {}
-        """Services and actions that were opened on the second transport, in the order of use."""
+        """Services and actions that were opened on the second transport, in order of use."""
         self._delivering = threading.local()
-        """Transport that delivers a message in the current thread, as `transport`."""
+        """Its attribute `transport` is the transport that delivers a message in the current thread."""
 
     # Endpoints
 
@@ -89,7 +89,7 @@ class ComposedTransport:
         return transport
 
     def _transport(self, name: str, kind: str) -> Transport:
-        """Return the transport of a topic or service with this name and type; open the second one if it is needed."""
+        """Return the transport of a topic or service with this name and type; open the second transport if necessary."""
         action = action_of(name)
         if action in self._actions and kind.startswith("action_msgs/"):
             return self._actions[action]
@@ -117,7 +117,7 @@ class ComposedTransport:
 
     @property
     def description(self) -> str:
-        """Description of the first transport, and of the second one if it is open."""
+        """Description of the first transport, and of the second transport if an endpoint uses it."""
         if self._second is None or not self._lacking:
             return self._first.description
         second = self._second.description.partition(",")[0]
@@ -125,7 +125,7 @@ class ComposedTransport:
 
     @property
     def notices(self) -> Sequence[str]:
-        """Notices of the first transport, and a line with the services and actions that are on the second one."""
+        """Notices of the first transport, and a line with the services and actions on the second transport."""
         if not (apart := list(self._apart)):
             return self._first.notices
         return [*self._first.notices, listing(apart, f"only nodes on {CYCLONE_RMW} can use the services and actions")]
@@ -137,12 +137,12 @@ class ComposedTransport:
 
     @property
     def source(self) -> bytes:
-        """GID of the writer whose message is being delivered, from the transport that delivers it; empty if unknown."""
+        """GID of the writer whose message is being delivered in this thread; empty if unknown."""
         return getattr(self._delivering, "transport", self._first).source
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers of services on either transport, by name of the service."""
+        """A warning for each service with incompatible peers, by the service's name, of both transports."""
         return {name: text for transport in self._opened for name, text in transport.foreign_services.items()}
 
     @property
@@ -152,14 +152,14 @@ class ComposedTransport:
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of dropped malformed messages on both transports, by topic or service name."""
+        """Number of malformed messages dropped on each topic or service of both transports."""
         return sum((Counter(transport.malformed) for transport in self._opened), Counter[str]())
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return the graph of the first transport; if the second one is open, endpoints on Cyclone DDS are as it knows them.
+        """Return the graph of the first transport; an open second transport replaces all endpoints on Cyclone DDS.
 
-        Fast DDS does not notice that an endpoint of a running process on Cyclone DDS is closed. Only embedded DDS knows the nodes
-        of endpoints that other composed transports have on Cyclone DDS; so the second transport is opened for them too.
+        Fast DDS does not notice when a running process closes an endpoint on Cyclone DDS. Only embedded DDS knows the nodes of
+        endpoints that other composed transports have on Cyclone DDS; so such an endpoint opens the second transport too.
 
         Raises:
             TransportError: the transport is closed.
@@ -177,7 +177,7 @@ class ComposedTransport:
             for end in other.endpoints
             if end.gid.startswith(CYCLONE) and (asked is None or (end.topic, end.direction) in asked)
         ]
-        # Of a node that both know, each transport may know services that the other one does not know.
+        # For a node that both transports know, each may know services that the other one does not know.
         named = {node.name: node for node in graph.nodes}
         nodes = [
             NetworkNode(node.name, [*node.servers, *same.servers], [*node.clients, *same.clients])
@@ -192,7 +192,7 @@ class ComposedTransport:
         return [transport.save() for transport in self._opened]
 
     def restore(self, saved: Any) -> None:
-        """Restore the states that `save` returned; a second transport that was opened later is not changed."""
+        """Restore the states that `save` returned; if the second transport was opened later, it does not change."""
         for transport, state in zip(self._opened, saved, strict=False):
             transport.restore(state)
 

@@ -31,7 +31,7 @@ class RosEnd:
         self.node = ""
         """Full name of the node that has the endpoint; empty for the transport's own node."""
         self.malformed = 0
-        """Number of received messages that were dropped because they do not fit the type of the topic or service."""
+        """Number of received messages that were dropped because they do not fit the message type."""
         self.dropped = 0
         """Number of sent messages that were dropped because a peer was too slow."""
         self._remove = remove
@@ -42,7 +42,7 @@ class RosEnd:
     def close(self) -> None:
         """Close the endpoint; safe to call twice.
 
-        It waits for a delivery that is in progress in another thread; after it returns, no message is delivered.
+        The call waits until another thread has finished its delivery; afterwards no message is delivered.
         """
         with self._delivering:
             self._delivers = False
@@ -56,7 +56,7 @@ class RosEnd:
         return ""
 
     def hand_over(self, take: Callable[..., None], *message: Any) -> None:
-        """Call `take` with a message, unless the endpoint is closed. Catch exceptions, and log the first one."""
+        """Call `take` with a message unless the endpoint is closed; catch all exceptions, and log only the first one."""
         with self._delivering:
             if not self._delivers:
                 return

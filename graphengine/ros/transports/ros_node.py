@@ -1,4 +1,4 @@
-"""Base class of transports that are a ROS 2 node: it holds the node's name, log, lock, endpoints and message counts."""
+"""Base class of transports that are a ROS 2 node, with the node's name, log, lock, endpoints and message counts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graphengine.ros.network_graph import full_name, split_name
 from graphengine.ros.transport import JoinOptions, Writer
 
 ROSOUT = ("/rosout", "rcl_interfaces/msg/Log", qos.ROSOUT)
-"""Topic, type and QoS of the ROS 2 log, as rqt_console reads it."""
+"""Topic, message type and QoS of the ROS 2 log."""
 
 _LEVELS = {"info": messages.Log.INFO, "warning": messages.Log.WARN, "error": messages.Log.ERROR}
 
@@ -51,12 +51,12 @@ class RosNode(Stateful):
         self._readers: list[Any] = []
         """Readers, service servers and service clients."""
         self._mistyped = Counter[str]()
-        """Number of messages that closed readers have dropped because of a different type definition, by topic."""
+        """Number of messages on each topic that closed readers have dropped because of a different type definition."""
         self.description = f"{self._join()}, {self._domain}" + (f"; {options.because}" if options.because else "")
         atexit.register(self.close)
 
     def _join(self) -> str:
-        """Join the network and create the writer for /rosout; return the name of the implementation for `description`."""
+        """Join the network and create the writer for /rosout; return the implementation's name, for `description`."""
         raise NotImplementedError
 
     def _leave(self) -> None:
@@ -71,10 +71,10 @@ class RosNode(Stateful):
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers of services, by name of the service."""
+        """A warning for each service with incompatible peers, by the service's name."""
         told = {}
         for end in tuple(self._readers):
-            with self._lock:  # not for all of them, as other threads wait for it
+            with self._lock:  # not around the loop, because other threads wait for the lock
                 if not self._closed and (warning := end.warning()):
                     told[end.name] = warning
         return told
@@ -89,7 +89,7 @@ class RosNode(Stateful):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
+        """Number of malformed messages dropped on each topic or service, by name: they do not fit the message type."""
         counts = Counter(self._mistyped)
         for end in tuple(self._readers):
             counts[end.name] += end.malformed
@@ -117,14 +117,14 @@ class RosNode(Stateful):
 
     @staticmethod
     def _check_node(node: str) -> None:
-        """Raise TopicError if the full name of a node is not legal in ROS 2; an empty name is accepted."""
+        """Raise TopicError if the full name of a node is not legal in ROS 2; accept an empty name."""
         if node:
             namespace, name = split_name(node)
             names.check_namespace(namespace)
             names.check_node_name(name)
 
     def _admit(self, name: str = "") -> None:
-        """Raise TransportError if the transport is closed; `name` is the topic or service to mention."""
+        """Raise TransportError if the transport is closed; the message mentions `name`, a topic or service."""
         if self._closed:
             raise TransportError(f"{name}: the transport is closed" if name else "the transport is closed")
 

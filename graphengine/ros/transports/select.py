@@ -1,4 +1,4 @@
-"""Finds transports by name: built-in transports in the folders beside this file, and others by entry points of packages."""
+"""Finds transports by name: built-in transports in the folders beside this file, other transports by entry points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ AUTO = "auto"
 
 
 def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
-    """Return the help line of each transport, by its name; `reaching_others` leaves out transports within one process."""
+    """Return the help line of each transport, by name; with `reaching_others`, only transports that leave the process."""
     kinds, broken = _load_all()
     ranked = ", ".join(kind.name for kind in kinds if kind.auto is not None)
     shown = {kind.name: kind.help for kind in kinds if kind.reaches_others or not reaching_others}
@@ -27,13 +27,13 @@ def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
 
 
 def transport_states() -> dict[str, str]:
-    """Return for each transport, by name, `can be used`, or the reason why not, followed by remedies on further lines."""
+    """Return the state of each transport, by name: `can be used`, or the reason why not and further lines with remedies."""
     kinds, broken = _load_all()
     return {kind.name: _missing(kind) or "can be used" for kind in kinds} | broken
 
 
 def find_transport(name: str) -> TransportKind:
-    """Return the transport with this name, without a check that it can be used on this machine.
+    """Return the transport with this name; the function does not check whether the transport can be used on this machine.
 
     Raises:
         TransportError: no or several packages provide a transport with this name, or its package cannot be imported.
@@ -46,15 +46,15 @@ def find_transport(name: str) -> TransportKind:
 
 
 def open_transport(name: str, options: JoinOptions) -> Transport:
-    """Join a domain and return the transport; its description tells users which transport it is, and why `auto` chose it.
+    """Join a domain and return the transport, whose description says why `auto` chose this transport.
 
     Args:
-        name: name of the transport; `auto` chooses the first transport that can be used: rclpy if ROS 2 is sourced, else dds.
+        name: name of the transport; `auto` chooses the first usable transport: rclpy if ROS 2 is sourced, else dds.
         options: domain and name of the node.
 
     Raises:
         TopicError: the node's name or namespace is not legal in ROS 2.
-        TransportError: `find_transport` raises it, the transport cannot be used here, or it cannot join the domain.
+        TransportError: `find_transport` fails, the transport cannot be used on this machine, or it cannot join the domain.
     """
     if name != AUTO:
         kind = find_transport(name)
@@ -94,7 +94,7 @@ def _open(kind: TransportKind, options: JoinOptions) -> Transport:
 
 
 def _missing(kind: TransportKind) -> str | None:
-    """Return the reason why a transport cannot be used, or the error of its own check; None if it can be used."""
+    """Return the reason why a transport cannot be used, or the error of the transport's check; None if it can be used."""
     try:
         return kind.missing()
     except Exception as error:  # a package may fail in any way
@@ -102,7 +102,7 @@ def _missing(kind: TransportKind) -> str | None:
 
 
 def _load(name: str, entries: list[EntryPoint]) -> TransportKind:
-    """Return the transport with this name from its only entry point; `find_transport` lists the errors."""
+    """Return the transport with this name from the only entry point; the errors are those of `find_transport`."""
     try:
         kind = load_only("transport", entries, ", or use another --transport")
     except GraphError as error:
@@ -114,7 +114,7 @@ def _load(name: str, entries: list[EntryPoint]) -> TransportKind:
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
-    """Return all transports, sorted by rank for `auto`, and the error texts of transports that fail to load, by name."""
+    """Return all transports, sorted by rank for `auto`, and the error text of each transport that fails to load, by name."""
     kinds, broken = [], {}
     for name, entries in _entries().items():
         try:
@@ -126,9 +126,9 @@ def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
 
 @cache
 def _entries() -> dict[str, list[EntryPoint]]:
-    """Return entry points by transport name; built-in transports are found even if graphengine is not installed.
+    """Return the entry points of each transport name; built-in transports are found even if graphengine is not installed.
 
-    They are looked up once per process, because this reads a file of each installed package.
+    The result is cached, because the search reads a file of each installed package.
     """
     modules = pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
     folders = [module.name for module in modules if module.ispkg]

@@ -22,10 +22,10 @@ def warning(service: str, peer: str, gids: Iterable[bytes], own: str) -> str:
     Args:
         service: name of the service.
         peer: role of the peers, `server` or `client`.
-        gids: GIDs of the peers' endpoints; the first two bytes are sufficient.
-        own: RMW of this process; if it is not a known DDS RMW, the result is empty.
+        gids: GIDs of the peers' endpoints, or only the first two bytes of each GID.
+        own: RMW of this process; the result is empty if this is not a known DDS RMW.
     """
-    own = own.replace("_dynamic", "")  # Fast DDS has two RMWs, which understand each other
+    own = own.replace("_dynamic", "")  # Fast DDS has two RMWs, which are compatible
     others = {_RMWS.get(gid[:2], "another RMW") for gid in gids} - {own}
     if not others or own not in _RMWS.values():
         return ""

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from graphengine.api.expectations.conditions import Condition, NoValueError, Reading
+from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.operators import Sample
+from graphengine.api.expectations.reading_types import Reading
 from graphengine.format.errors import UsageError
 from graphengine.messages import messages
 
@@ -26,19 +26,18 @@ class Pose:
     _secret: int = 0
 
 
-def missing() -> Any:
-    raise NoValueError
-
-
+POSITION = {"position": Reading(lambda: (1.0, 2.0, 3.0), "vector")}
 READINGS: dict[str, Callable[..., Reading]] = {
     "x": lambda: Reading(lambda: 3.0),
     "time": lambda: Reading(lambda: 2.0),
     "touches": lambda name, other="": Reading(lambda: (name, other) == ("dd100", "wall")),
-    "pose": lambda name: Reading(lambda: Pose((1.0, 2.0, 3.0)), "record", {"position": "vector"}),
+    "pose": lambda name: Reading(
+        lambda: Pose((1.0, 2.0, 3.0)), "other", {"position": Reading(lambda: (1.0, 2.0, 3.0), "vector")}.get
+    ),
     "port": lambda address: Reading(lambda: np.array([1.0, 4.0]), "vector"),
     "message": lambda topic: Reading(lambda: messages.Vector3(1.0, 2.0, INF), "other"),
     "word": lambda: Reading(lambda: "ready", "other"),
-    "absent": lambda: Reading(missing),
+    "absent": lambda: Reading(lambda: None, arrives=True),
 }
 
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.api.expectations.conditions import Condition, Reading
+from graphengine.api.expectations.conditions import Condition
 from graphengine.api.expectations.operators import Sample
+from graphengine.api.expectations.reading_types import Reading
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
 

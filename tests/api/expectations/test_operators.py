@@ -25,7 +25,7 @@ def samples_of(numbers: Sequence[int], strict: bool) -> Samples:
 
 def judged(operator: Operator, *signals: Samples) -> Verdict:
     for number, samples in enumerate(zip(*signals, strict=True)):
-        operator.add(number * STEP, *samples)
+        operator.add(number * STEP, *itertools.chain(*samples))
     operator.end()
     return operator.verdict
 
@@ -77,26 +77,25 @@ def test_count_counts_how_often_the_condition_becomes_true(numbers: list[int], l
 
 @given(margins)
 def test_the_operator_never_equals_always_of_the_opposite_condition(numbers: list[int]) -> None:
-    samples = [sample.inverted() for sample in samples_of(numbers, strict=False)]
+    samples = [Sample(not held, -margin) for held, margin in samples_of(numbers, strict=False)]
     check(judged(Always(), samples), all(number < 0 for number in numbers), min(-number for number in numbers))
 
 
 def test_a_verdict_is_decided_at_the_first_sample_that_decides_it_and_its_robustness_covers_the_whole_run() -> None:
     operator = Always()
-    operator.add(0.0, Sample(True, 2.0))
+    assert not operator.add(0.0, True, 2.0)
     assert operator.verdict == Verdict("open", None, 2.0, 0.0)
-    operator.add(1.0, Sample(False, -1.0))
+    assert operator.add(1.0, False, -1.0)
     assert operator.verdict == Verdict("failed", 1.0, -1.0, 1.0)
-    operator.add(2.0, Sample(False, -3.0))
-    operator.add(3.0, Sample(True, 5.0))
+    assert not operator.add(2.0, False, -3.0)
+    assert not operator.add(3.0, True, 5.0)
     operator.end()
     assert operator.verdict == Verdict("failed", 1.0, -3.0, 2.0)
 
 
 @pytest.mark.parametrize("operator", [Within(1.0), Until(), Holds(1.0)])
 def test_a_run_that_ends_early_does_not_meet_an_undecided_expectation(operator: Operator) -> None:
-    conditions = 2 if isinstance(operator, Until) else 1
-    operator.add(0.0, *[Sample(False, -1.0), Sample(False, -1.0)][:conditions])
+    operator.add(0.0, False, -1.0)
     assert operator.verdict.outcome in ("open", "failed")
     operator.end()
     assert operator.verdict.outcome == "failed"

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.api.expectations.operators import Always, Holds, Operator, Sample, Until, Verdict, Within
+from graphengine.api.expectations.operators import Always, Holds, Operator, Until, Verdict, Within
 
 rtamt: Any = pytest.importorskip("rtamt")
 SIGNALS, LONGEST, STEP = 200, 40, 0.05  # s
@@ -67,7 +67,7 @@ def robustness(formula: str, **signals: Signal) -> float:
 
 def judged(operator: Operator, *signals: Signal) -> Verdict:
     for number, values in enumerate(zip(*signals, strict=True)):
-        operator.add(number * STEP, *(Sample(value >= 0.0, value) for value in values))
+        operator.add(number * STEP, *(part for value in values for part in (value >= 0.0, value)))
     operator.end()
     return operator.verdict
 

@@ -54,13 +54,13 @@ def test_the_dingo_stops_within_its_limit_and_parks_on_a_slope(dingo: Calibratio
     assert all(abs(one.speed_share - 1.0) < 0.01 for one in dingo.motions if one.speed_share is not None)
 
 
-def test_a_controller_without_a_deceleration_limit_says_so() -> None:
+def test_a_stop_without_a_deceleration_limit_has_no_ratio() -> None:
     result = bringup.calibrate(ge.load("dd100_flat", set={"DiffController.maxDeceleration": 0.0}))
     assert result.stop is not None
     assert (result.stop.deceleration, result.stop.ratio) == (None, None)
 
 
-def test_a_ramp_settles_when_its_limit_lets_it(dingo: Calibration) -> None:
+def test_the_settle_time_of_a_ramp_follows_from_the_acceleration_limit(dingo: Calibration) -> None:
     """The controller's limit is 1 m/s2: 95 % of 0.3 m/s after 0.285 s; smoothing adds at most 0.1 s."""
     forward = dingo.motions[0]
     assert forward.settle_time is not None
@@ -147,7 +147,7 @@ def test_steered_wheels_turn_in_arcs_by_a_steering_angle(tmp_path: Path) -> None
     assert result.track == pytest.approx(0.3, rel=0.01)
 
 
-def test_a_mecanum_base_also_goes_sideways(tmp_path: Path) -> None:
+def test_a_mecanum_base_drives_sideways_in_the_calibration(tmp_path: Path) -> None:
     result = calibrate(bases.mecanum(tmp_path))
     assert result.kinematics == "mecanum"
     assert [motion.name for motion in result.motions[4:]] == ["sideways_left", "sideways_right", *AT_LIMITS]
@@ -187,7 +187,7 @@ def test_the_speed_is_at_most_that_of_the_wheels() -> None:
 @pytest.mark.parametrize(
     "arguments", [{"speed": 0.0}, {"turn_speed": float("nan")}, {"robot": "dd10"}, {"command_topic": "odom"}]
 )
-def test_an_argument_that_makes_no_sense_is_a_usage_error(arguments: dict[str, float | str]) -> None:
+def test_an_illegal_argument_is_a_usage_error(arguments: dict[str, float | str]) -> None:
     with pytest.raises(ge.UsageError):
         bringup.calibrate(ge.load("dd100_flat"), **arguments)  # type: ignore[arg-type]
 
@@ -262,7 +262,7 @@ def test_a_robot_without_drives_is_reported(tmp_path: Path) -> None:
     assert reason(base).startswith("no joint of the robot has a drive")
 
 
-def test_commands_that_do_not_reach_the_joints_are_a_matter_of_wires(tmp_path: Path) -> None:
+def test_joints_without_commands_are_reported_with_a_hint_on_wires(tmp_path: Path) -> None:
     assert reason(only_listening(tmp_path)).startswith("no joint gets a velocity command")
 
 

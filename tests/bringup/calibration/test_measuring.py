@@ -88,7 +88,7 @@ def test_a_turn_about_another_point_comes_back_after_one_turn() -> None:
 
 
 @given(st.floats(0.9, 1.1), st.sampled_from([1.0, -1.0]))
-def test_an_odometry_with_a_wrong_wheel_radius_is_wrong_by_that_share(scale: float, sign: float) -> None:
+def test_the_distance_error_of_odometry_equals_the_error_of_its_wheel_radius(scale: float, sign: float) -> None:
     base = path(Twist(x=0.3 * sign), 4.0)
     meter = OdometryMeter(TOPIC)
     meter.take(Motion("forward", "straight", Twist(x=0.3), Twist(x=0.3), 1.0), trace(base, base * (scale, 1.0, 1.0)))
@@ -100,7 +100,7 @@ def test_an_odometry_with_a_wrong_wheel_radius_is_wrong_by_that_share(scale: flo
 
 
 @given(st.floats(0.9, 1.1), st.sampled_from([1.0, -1.0]))
-def test_an_odometry_with_a_wrong_track_turns_too_far_by_that_share(scale: float, sign: float) -> None:
+def test_the_turn_error_of_odometry_equals_the_error_of_its_track(scale: float, sign: float) -> None:
     base = path(Twist(yaw=0.6 * sign), 11.0)
     meter = OdometryMeter(TOPIC)
     meter.take(Motion("turn_left", "turn", Twist(yaw=0.6), Twist(yaw=0.6), 1.0), trace(base, base * (1.0, 1.0, scale)))
@@ -124,7 +124,7 @@ def test_noise_that_grows_with_the_way_has_the_variance_per_metre_that_it_was_ma
     assert meter.figures("base_link", omni=False).covariances.distance_variance == pytest.approx(variance, rel=0.1)
 
 
-def test_an_odometry_that_is_not_published_is_said() -> None:
+def test_an_unpublished_odometry_is_reported() -> None:
     base = path(Twist(x=0.3), 4.0)
     meter = OdometryMeter(TOPIC)
     meter.take(

@@ -106,7 +106,7 @@ def test_a_guessed_limit_with_which_a_large_base_slides_outwards_is_lowered(tmp_
     assert math.tan(abs(slip)) == pytest.approx(expected, rel=0.25)
 
 
-def test_a_base_whose_wheels_are_too_slow_for_its_limits_keeps_them(tmp_path: Path) -> None:
+def test_limits_of_a_base_with_slow_wheels_are_not_lowered(tmp_path: Path) -> None:
     found = imported(tmp_path, slow(description(SKID), 3.0))
     path, before = scene(tmp_path, found), robot_file(found)["graphs"]["base"]["parameters"]
     robot = tmp_path / "robots/bot.yaml", "bot", found.lift, found.outside
@@ -170,7 +170,7 @@ def test_the_track_of_a_controller_is_kept_if_the_robot_turns_with_it(tmp_path: 
     assert "of the controller, with which it turns at 10" in said
 
 
-def test_a_controllers_track_with_which_it_does_not_turn_as_commanded_is_replaced(tmp_path: Path) -> None:
+def test_a_controllers_track_with_wrong_turn_rates_is_replaced(tmp_path: Path) -> None:
     path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 2.5\n")
     track = parameters(path)["track"]
     assert track == pytest.approx(0.5708 * (1 + (LENGTH / 0.5708) ** 2), rel=0.03)
@@ -243,7 +243,7 @@ def test_the_file_of_a_new_robot_is_as_written_but_for_its_track(tmp_path: Path)
     assert {key for key, value in before["graphs"]["base"]["parameters"].items() if after[key] != value} == {"track"}
 
 
-def test_a_guessed_limit_stays_if_no_lower_limit_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_guessed_limit_is_kept_if_no_lower_limit_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     driven: list[float] = []
 
     def drive(_: object, speed: float, turn: float) -> tuple[Twist, Twist]:

@@ -46,6 +46,6 @@ def test_the_same_calibration_gives_the_same_drawing_in_another_process() -> Non
     assert in_another_process(draw, result()) == draw(result())
 
 
-def test_without_a_square_there_is_nothing_to_draw() -> None:
+def test_a_calibration_without_a_square_is_not_drawn() -> None:
     with pytest.raises(ValueError, match="did not drive a square path"):
         draw(Calibration("bot", "", "", 0.3, 0.6, moves=False))

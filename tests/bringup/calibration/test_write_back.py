@@ -29,7 +29,7 @@ def test_a_skid_steered_base_turns_as_commanded_after_its_effective_track_is_wri
     assert bringup.calibrate(ge.load(base.scene)).outside(0.01) == ()
 
 
-def test_a_number_in_a_graph_is_replaced_below_a_comment_and_the_rest_stays(tmp_path: Path) -> None:
+def test_only_the_number_in_a_graph_file_is_replaced_below_a_comment(tmp_path: Path) -> None:
     base = bases.skid_steered(tmp_path).write()
     before = (tmp_path / "drive.yaml").read_text(encoding="utf-8")
     write_figures(ge.load(base.scene), MEASURED)
@@ -108,7 +108,7 @@ def test_a_copy_of_a_shipped_robot_is_written(tmp_path: Path) -> None:
     assert "wheelRadius: 0.06  " in (tmp_path / "graphs" / "cmd_vel.yaml").read_text(encoding="utf-8")
 
 
-def test_a_mecanum_base_is_written_to_its_robot_file_for_the_controller_and_for_odometry(tmp_path: Path) -> None:
+def test_the_calibration_of_a_mecanum_base_is_written_for_controller_and_odometry(tmp_path: Path) -> None:
     base = bases.mecanum(tmp_path).write()
     variances = Covariances(1e-4, 1e-5, 1e-6)
     measured = Calibration(

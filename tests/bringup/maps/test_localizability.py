@@ -66,7 +66,7 @@ def test_a_long_corridor_is_blind_along_its_axis() -> None:
     assert "blind along x: x -" in summary(result)
 
 
-def test_a_corridor_the_other_way_is_blind_the_other_way() -> None:
+def test_a_corridor_along_y_is_blind_along_y() -> None:
     result = judged(room(2.0, 40.0), PlanarLidar(-math.pi, math.tau, 0.05, 8.0))
     middle = place(result, 0.0, 0.0)
     assert result.spread[middle].min() > 0.9
@@ -102,7 +102,7 @@ def test_more_scans_leave_less_ambiguity_and_more_noise_more_spread() -> None:
     assert (noisy.spread > many.spread).all()
 
 
-def test_a_lidar_that_looks_ahead_sees_less_than_one_that_looks_around() -> None:
+def test_a_lidar_with_a_narrow_view_has_a_larger_spread() -> None:
     chart = room(5.0, 5.0, *FEATURES)
     ahead = judged(chart, PlanarLidar(-math.pi / 4, math.pi / 2, 0.05, 30.0))
     assert np.quantile(ahead.spread, 0.9) > np.quantile(judged(chart).spread, 0.9)

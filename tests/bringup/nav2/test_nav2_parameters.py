@@ -109,7 +109,7 @@ def test_the_footprint_of_a_round_robot_is_a_circle(tmp_path: Path) -> None:
         assert costmap["inflation_layer"]["inflation_radius"] > 0.35
 
 
-def test_each_value_says_where_it_comes_from() -> None:
+def test_each_value_has_a_comment_with_its_source() -> None:
     for line in files_of("dd100_warehouse")["nav2_params.yaml"].splitlines():
         assert line.endswith(":") or re.search(r"(^|  )# \S", line), line
 
@@ -160,7 +160,7 @@ def test_a_mecanum_base_drives_sideways(tmp_path: Path) -> None:
     assert planner["vy_samples"] > 1
 
 
-def test_a_car_gets_paths_that_it_can_steer(tmp_path: Path) -> None:
+def test_paths_for_a_car_respect_its_turning_radius(tmp_path: Path) -> None:
     nodes = parameters_of(files_of(mobile_bases.car(tmp_path).write().scene)["nav2_params.yaml"])
     planner, controller = nodes["planner_server"]["GridBased"], nodes["controller_server"]["FollowPath"]
     assert planner["plugin"] == "nav2_smac_planner::SmacPlannerHybrid"

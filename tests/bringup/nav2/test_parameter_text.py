@@ -42,7 +42,7 @@ def test_a_condition_holds_for_all_lines_below() -> None:
     ]
 
 
-def test_a_busy_machine_has_other_values() -> None:
+def test_the_option_busy_selects_its_own_values() -> None:
     template = "a: 0.1  # if car; busy: 0.5"
     assert lines(template) == ["a: 0.1  # Nav2's own parameter file"]
     assert lines(template, busy=True) == ["a: 0.5  # to tolerate a busy machine (--busy)"]
@@ -52,7 +52,7 @@ def test_a_block_is_repeated_for_each_name() -> None:
     assert lines("$scans:", "  topic: $topic  # t") == ["scan:", "  topic: /a  # t", "scan1:", "  topic: /b  # t"]
 
 
-def test_conditions_of_other_templates_have_an_end() -> None:
+def test_every_condition_in_a_template_is_closed() -> None:
     for slam in (False, True):
         text = filled(
             TEMPLATES / "readme.txt",

@@ -81,7 +81,7 @@ def test_a_reset_discards_earlier_poses() -> None:
     assert (poses.time, poses.newest[:2], poses.at(5.0)) == (0.5, (0.0, 0.0), None)
 
 
-def test_a_robot_that_was_moved_while_time_stands_is_where_it_was_put() -> None:
+def test_the_newest_pose_of_a_robot_moved_in_a_pause_is_returned() -> None:
     assert Samples(state(1.0, 1.0, 1.0), state(1.0, 4.0, 1.0)).newest[:2] == (4.0, 1.0)
 
 

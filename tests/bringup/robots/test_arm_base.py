@@ -13,7 +13,7 @@ LEGS = limb("l", 3, at="0 .2 0", down=True) + limb("r", 3, at="0 -.2 0", down=Tr
 
 
 @pytest.mark.parametrize("parts", [[limb("j", 6)], [limb("j", 3)], [limb("l", 4, at="0 .2 .3") + limb("r", 4)]])
-def test_an_arm_is_fixed_to_the_world_and_the_report_says_so(tmp_path: Path, parts: list[str]) -> None:
+def test_an_arm_is_fixed_to_the_world_with_a_remark(tmp_path: Path, parts: list[str]) -> None:
     found = imported(tmp_path, robot(*parts))
     assert "fixed_base" in keys(found)
     assert not found.free
@@ -43,7 +43,7 @@ def test_legs_rollers_and_robots_without_an_arm_are_not_bolted_down(tmp_path: Pa
     assert found.free
 
 
-def test_an_arm_that_is_bolted_to_the_world_is_as_it_was(tmp_path: Path) -> None:
+def test_an_arm_with_a_fixed_root_link_is_not_fixed_again(tmp_path: Path) -> None:
     mount = (
         '<link name="world"/><joint name="bolt" type="fixed"><parent link="world"/><child link="base_link"/></joint>'
     )

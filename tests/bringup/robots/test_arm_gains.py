@@ -50,7 +50,7 @@ def test_at_half_its_speed_a_joints_own_losses_cause_an_error_of_2_5_mrad(tmp_pa
         assert drives(found)[name]["stiffness"] == pytest.approx(max(effort / 0.01, (5 * speed + 3) / 0.0025), rel=1e-3)
 
 
-def test_the_largest_inertia_counts_not_that_of_the_zero_pose(tmp_path: Path) -> None:
+def test_gains_use_the_largest_inertia_of_all_poses(tmp_path: Path) -> None:
     # all joints at zero the arm stands upright, and its first joint turns next to nothing
     found = imported(tmp_path, ARM)
     assert float(found.draft.joints["j1"].hint.split()[-3]) > 3.0
@@ -130,7 +130,7 @@ def test_a_robot_with_very_many_joints_is_imported(tmp_path: Path) -> None:
     assert len(drives(imported(tmp_path, robot(parts)))) == 200
 
 
-def test_starts_of_ros2_control_arrive_and_illegal_ones_become_the_nearest_legal(tmp_path: Path) -> None:
+def test_start_positions_of_ros2_control_are_clamped_to_the_limits(tmp_path: Path) -> None:
     state = '<state_interface name="position"><param name="initial_value">{}</param></state_interface>'
     control = "".join(
         f'<joint name="{name}"><command_interface name="position"/>{state.format(value)}</joint>'

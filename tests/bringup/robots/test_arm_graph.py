@@ -79,7 +79,7 @@ def test_rods_that_follow_an_arm_are_no_fingers(tmp_path: Path) -> None:
     assert [each["parameters"]["joint"] for name, each in found.items() if "gripper" in name] == ["finger"]
 
 
-def test_a_finger_with_two_joints_counts_as_one_if_the_other_finger_is_as_long(tmp_path: Path) -> None:
+def test_two_fingers_with_two_joints_each_are_a_gripper(tmp_path: Path) -> None:
     fingers = [
         joint("proximal", "joint_3") + joint("distal", "proximal"),
         joint("other", "joint_3", LIMIT + FOLLOWS_2) + joint("other_distal", "other", LIMIT + FOLLOWS_2),

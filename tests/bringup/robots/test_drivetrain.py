@@ -62,7 +62,7 @@ ROS_1 = """bot:
         ROS_1,
     ],
 )
-def test_a_controller_is_read_however_its_file_is_written(tmp_path: Path, text: str) -> None:
+def test_controllers_are_read_from_nested_and_dotted_parameter_files(tmp_path: Path, text: str) -> None:
     found = parameters(tmp_path, description(DIFFERENTIAL), text)
     assert {key: found[key] for key in ("left", "right", "speed", "acceleration", "deceleration")} == {
         "left": ["left_joint"],
@@ -82,7 +82,7 @@ def test_a_disabled_limit_does_not_count(tmp_path: Path) -> None:
     assert (found["timeout"], found["odom_frame"]) == (0.25, "world_frame")
 
 
-def test_a_controller_of_other_joints_is_reported_and_the_wheels_decide(tmp_path: Path) -> None:
+def test_a_controller_of_unknown_joints_is_reported_and_the_wheels_define_the_base(tmp_path: Path) -> None:
     found = imported(tmp_path, description(DIFFERENTIAL), CONTROLLERS.replace("[left_joint]", "[lft_joint]"))
     said = remarks(found)
     assert "lost: DiffDriveController base_controller: the description has no joint 'lft_joint'; did you mean" in said
@@ -124,7 +124,7 @@ def test_plugins_of_gazebo_give_joints_and_topics(tmp_path: Path, plugin: str) -
     assert "lost: gazebo plugin" not in remarks(found)
 
 
-def test_other_plugins_give_their_topics(tmp_path: Path) -> None:
+def test_topics_of_publisher_plugins_replace_those_of_the_drive_plugin(tmp_path: Path) -> None:
     more = """<gazebo>
       <plugin filename="gz-sim-joint-state-publisher-system" name="gz::sim::systems::JointStatePublisher">
         <topic>states</topic>
@@ -136,7 +136,7 @@ def test_other_plugins_give_their_topics(tmp_path: Path) -> None:
     assert (known["joint_states"], known["odom"], known["odom_frame"]) == ("states", "way", "start")
 
 
-def test_a_base_whose_wheels_are_fixed_is_said_not_to_move(tmp_path: Path) -> None:
+def test_fixed_wheels_of_a_base_are_reported(tmp_path: Path) -> None:
     plugin = '<gazebo><plugin name="move" filename="libgazebo_ros_planar_move.so"/></gazebo>'
     still = description(DIFFERENTIAL, plugin).replace('type="continuous"', 'type="fixed"')
     said = remarks(imported(tmp_path, still))
@@ -194,7 +194,7 @@ def test_the_names_of_wheels_distinguish_mecanum_from_skid_steered_bases(
     )
 
 
-def test_parallel_wheels_that_do_not_roll_along_the_x_axis_are_no_omni_base(tmp_path: Path) -> None:
+def test_parallel_wheels_across_the_x_axis_are_no_omni_base(tmp_path: Path) -> None:
     turned = """<link name="frame"/><joint name="turn" type="fixed">
       <parent link="frame"/><child link="base_link"/><origin rpy="0 0 1.5707963"/></joint>"""
     found = imported(tmp_path, description(SKID, turned))
@@ -226,7 +226,7 @@ def test_skid_steered_wheels_slide_sideways_and_their_drives_are_as_stiff_as_the
     assert sorted(found["materials"]["wheels"]["bind"]) == sorted(FOUR)
 
 
-def test_interfaces_decide_the_drives(tmp_path: Path) -> None:
+def test_command_interfaces_select_the_drives(tmp_path: Path) -> None:
     arm = "".join(
         f"""<link name="{name}"><inertial><mass value="0.1"/>
           <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -254,7 +254,7 @@ def test_interfaces_decide_the_drives(tmp_path: Path) -> None:
     assert "carried: no drive, turns freely: loose_joint; no controller commands them" in remarks(found)
 
 
-def test_transmissions_decide_where_nothing_else_does(tmp_path: Path) -> None:
+def test_transmissions_select_drives_without_other_interfaces(tmp_path: Path) -> None:
     text = "".join(
         f"""<transmission name="{joint}"><type>transmission_interface/SimpleTransmission</type>
         <joint name="{joint}"><hardwareInterface>hardware_interface/{kind}JointInterface</hardwareInterface></joint>
@@ -332,7 +332,7 @@ def test_repeated_sections_of_a_node_are_merged_and_the_last_value_counts(tmp_pa
 
 
 @pytest.mark.parametrize("reference", ["config/bot.yaml", "$(find bot_package)/config/bot.yaml"])
-def test_a_file_that_the_description_names_is_taken_by_itself(tmp_path: Path, reference: str) -> None:
+def test_the_parameter_file_of_a_control_plugin_is_read_without_an_option(tmp_path: Path, reference: str) -> None:
     (tmp_path / "config").mkdir()
     (tmp_path / "config/bot.yaml").write_text(DOTTED, encoding="utf-8")
     (tmp_path / "package.xml").write_text("<package><name>bot_package</name></package>", encoding="utf-8")
@@ -352,7 +352,7 @@ def test_a_file_that_the_description_names_is_taken_by_itself(tmp_path: Path, re
         ("a" * 5000, "File name too long"),
     ],
 )
-def test_a_file_that_is_not_for_it_is_not_read_and_the_import_goes_on(
+def test_an_illegal_or_broken_parameter_file_is_reported_and_the_import_continues(
     tmp_path: Path, reference: str, reason: str
 ) -> None:
     (tmp_path / "broken.yaml").write_text("a: [1, 2", encoding="utf-8")
@@ -386,7 +386,7 @@ def test_a_file_of_controllers_with_mistakes_is_an_error_with_its_place(tmp_path
     ["nan", ".nan", ".inf", "-1", "0", "1e300", "[1]", "{a: 1}", "true", "'0.05'", "null", "99999999999999999999999"],
 )
 @pytest.mark.parametrize("key", ["wheel_radius", "wheel_separation", "left_wheel_names", "cmd_vel_timeout", "type"])
-def test_values_that_make_no_sense_do_not_reach_the_graph(tmp_path: Path, key: str, value: str) -> None:
+def test_illegal_values_of_a_controller_do_not_reach_the_graph(tmp_path: Path, key: str, value: str) -> None:
     lines = [line for line in CONTROLLERS.splitlines() if f"    {key}:" not in line]
     found = imported(tmp_path, description(DIFFERENTIAL), "\n".join([*lines, f"    {key}: {value}", ""]))
     known = robot_file(found)["graphs"]["base"]["parameters"]
@@ -473,7 +473,7 @@ def test_the_limits_of_a_base_follow_from_the_velocity_limits_of_its_wheels(tmp_
     assert "guessed: limits of the base: acceleration 1 m/s2, turn_acceleration 2 rad/s2" in remarks(found)
 
 
-def test_wheels_that_are_fast_enough_leave_the_limits_of_a_base_as_they_are(tmp_path: Path) -> None:
+def test_fast_wheels_do_not_change_the_limits_of_a_base(tmp_path: Path) -> None:
     known = parameters(tmp_path, slow(description(DIFFERENTIAL), 27.0))  # 1.35 m/s; 1 m/s and 2 rad/s need 1.3
     assert known.keys().isdisjoint({"wheel_speed", "speed", "turn"})
 

@@ -182,6 +182,6 @@ def test_gravity_does_not_act_on_a_link_without_it(tmp_path: Path, inside: str) 
         [about(link, "<selfCollide>1</selfCollide>") for link in ("base_link", "arm")],
     ],
 )
-def test_links_collide_with_each_other_if_all_shall(tmp_path: Path, gazebo: list[str]) -> None:
+def test_self_collision_is_enabled_if_all_links_request_it(tmp_path: Path, gazebo: list[str]) -> None:
     assert robot(tmp_path, *gazebo)["self_collision"] is True
     assert "self_collision" not in robot(tmp_path, about("base_link", "<selfCollide>false</selfCollide>"))

@@ -140,7 +140,7 @@ def test_an_imu_has_a_bias_that_drifts_as_far_as_in_gazebo(tmp_path: Path) -> No
         ("hector_gazebo_ros_imu", "<accelGaussianNoise>0.1 0.2 0.1</accelGaussianNoise>", (0.2, None)),
     ],
 )
-def test_a_plugin_of_classic_gazebo_may_be_an_imu(
+def test_an_imu_plugin_of_gazebo_classic_becomes_an_imu(
     tmp_path: Path, library: str, noise: str, figures: tuple[float, float | None]
 ) -> None:
     inside = f"<bodyName>imu_link</bodyName><topicName>/imu/raw</topicName><updateRate>50</updateRate>{noise}"
@@ -195,7 +195,7 @@ def test_a_force_torque_sensor_of_a_joint_is_on_its_child_link(
 
 
 @pytest.mark.parametrize(("frame", "turned"), [("child", False), ("sensor", True)])
-def test_a_force_torque_sensor_is_turned_only_if_its_values_have_its_axes(
+def test_a_force_torque_sensor_keeps_its_orientation_only_in_the_frame_sensor(
     tmp_path: Path, frame: str, turned: bool
 ) -> None:
     inside = f"<pose>0 0 0.1 0 0 1.5707963</pose><force_torque><frame>{frame}</frame></force_torque>"
@@ -300,7 +300,7 @@ def test_sensors_of_a_kind_without_topics_publish_below_their_names(tmp_path: Pa
         ("camera", PLUGIN.format("<frameName>camera_link</frameName>"), "camera_optical_frame"),
     ],
 )
-def test_frames_are_links_where_a_link_fits(tmp_path: Path, kind: str, inside: str, frame: str) -> None:
+def test_the_frame_of_a_sensor_is_a_link_with_its_pose(tmp_path: Path, kind: str, inside: str, frame: str) -> None:
     (parameters,) = uses(tmp_path, sensor("camera_link", kind, inside)).values()
     assert parameters["frame"] == frame
 
@@ -329,7 +329,7 @@ def test_a_sensor_may_be_called_like_a_link_or_another_sensor(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("kind", sorted(NO_LIKE))
-def test_a_sensor_that_nothing_is_like_is_lost(tmp_path: Path, kind: str) -> None:
+def test_a_sensor_type_without_an_equivalent_is_reported_as_lost(tmp_path: Path, kind: str) -> None:
     assert remarks(tmp_path, "lost", sensor("imu_link", kind, "")) == [
         f"sensor eye: there is nothing like {NO_LIKE[kind]}"
     ]
@@ -383,7 +383,7 @@ def test_a_sensor_that_nothing_is_like_is_lost(tmp_path: Path, kind: str) -> Non
         ("imu_link", "sonar", "<sonar><max>-1</max></sonar>", "the maximum range must be greater than 0 m"),
     ],
 )
-def test_a_sensor_that_cannot_be_is_lost_with_the_reason(
+def test_an_invalid_sensor_is_reported_as_lost_with_the_reason(
     tmp_path: Path, link: str, kind: str, inside: str, lost: str
 ) -> None:
     result = imported(tmp_path, sensor(link, kind, inside))

@@ -23,7 +23,7 @@ def lift(lower: float = 0.0, upper: float = 0.4, more: str = "", outside: str = 
     ("limits", "start"),
     [((0.1, 0.4), 0.1), ((-0.4, -0.1), -0.1), ((0.0, 0.4), None), ((-0.1, 0.1), None)],
 )
-def test_a_joint_whose_zero_is_illegal_starts_at_the_nearest_legal_position(
+def test_a_joint_whose_limits_exclude_zero_starts_at_the_nearest_limit(
     tmp_path: Path, limits: tuple[float, float], start: float | None
 ) -> None:
     robot = imported(tmp_path, lift(*limits))
@@ -82,7 +82,7 @@ def test_a_velocity_limit_becomes_the_limit_of_the_drive(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(("text", "fixed"), [("true", True), ("1", True), ("false", False), ("", False)])
-def test_a_robot_that_gazebo_takes_for_static_has_a_fixed_base(tmp_path: Path, text: str, fixed: bool) -> None:
+def test_a_static_robot_in_gazebo_has_a_fixed_base(tmp_path: Path, text: str, fixed: bool) -> None:
     robot = imported(tmp_path, rover(CASTER, f"<gazebo><static>{text}</static></gazebo>"))
     assert keys(robot).get("fixed_base", False) is fixed
     assert robot.free is not fixed

@@ -48,7 +48,9 @@ def test_the_description_with_the_law_is_written_beside_the_robot_file_and_the_u
 
 
 @pytest.mark.parametrize("parameters", [(), (("mimic", "no_joint"),)])
-def test_a_description_without_a_leader_stays_as_it_is(tmp_path: Path, parameters: tuple[tuple[str, str], ...]) -> None:
+def test_a_mimic_parameter_without_a_leader_changes_nothing(
+    tmp_path: Path, parameters: tuple[tuple[str, str], ...]
+) -> None:
     robot = imported(tmp_path, gripper(*parameters), fixed_base=True)
     assert str(keys(robot)["urdf"]) == "rover.urdf"
     assert "drive" in keys(robot)["joints"]["right_joint"]  # type: ignore[operator]

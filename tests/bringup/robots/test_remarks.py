@@ -55,7 +55,7 @@ WORDS = ["friction 0.5", "0.3 across it", "a colour", "no gravity", "soft limits
 WORDS += ["velocity limits", "start position 0.4", "position drive", "lidar of 90 beams", "base: differential"]
 
 
-def test_everything_that_is_said_to_be_carried_over_stands_in_the_file(tmp_path: Path) -> None:
+def test_every_remark_on_a_carried_value_matches_the_file(tmp_path: Path) -> None:
     robot = imported(tmp_path, EVERYTHING)
     data, carried = keys(robot), robot.draft.carried
     assert [remark.text for remark in carried if not remark.holds(data)] == []

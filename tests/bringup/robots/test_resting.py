@@ -98,7 +98,7 @@ def test_a_chassis_that_drags_slides_too(tmp_path: Path) -> None:
     assert "rest on base_link, which does not roll" in noticed(robot)[0]
 
 
-def test_an_arm_that_nothing_holds_does_not_upset_the_robot(tmp_path: Path) -> None:
+def test_an_arm_without_drives_does_not_make_the_base_fall(tmp_path: Path) -> None:
     arm = f"""<link name="arm"><inertial><origin xyz="0 0 .4"/><mass value="2"/>{INERTIA}</inertial>
         <collision><origin xyz="0 0 .4"/><geometry><box size=".05 .05 .8"/></geometry></collision></link>
       <joint name="arm_joint" type="revolute">
@@ -148,7 +148,7 @@ def test_a_wheel_that_hangs_above_the_floor_is_reported(tmp_path: Path) -> None:
     assert told.startswith("wheels that carry no weight, as others reach further down: a_wheel; ")
 
 
-def test_a_robot_without_gravity_rests_on_nothing(tmp_path: Path) -> None:
+def test_a_robot_without_gravity_has_no_resting_links(tmp_path: Path) -> None:
     links = ("base_link", "left_wheel", "right_wheel")
     tags = [f'<gazebo reference="{link}"><gravity>false</gravity></gazebo>' for link in links]
     robot = imported(tmp_path, rover(ROLLER[ROLLER.index("<gazebo>") :], *tags))

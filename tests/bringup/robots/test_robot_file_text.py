@@ -41,13 +41,13 @@ def compared(folder: Path, text: str, package_paths: tuple[str, ...] = ()) -> Do
     return document
 
 
-def test_a_document_is_what_a_reader_gets(tmp_path: Path) -> None:
+def test_the_document_of_a_draft_equals_the_document_that_a_reader_parses(tmp_path: Path) -> None:
     document = compared(tmp_path, EVERYTHING, ("a folder/$x", "/b"))
     assert document.data["package_paths"] == ["a folder/$x", "/b"]
     assert {"joints", "links", "wheel_colliders", "materials", "sensors", "graphs"} <= document.data.keys()
 
 
-def test_a_document_of_an_arm_is_what_a_reader_gets(tmp_path: Path) -> None:
+def test_the_document_of_an_arm_equals_the_document_that_a_reader_parses(tmp_path: Path) -> None:
     compared(tmp_path, robot(limb("j", 6)))
 
 
@@ -57,7 +57,7 @@ def test_names_that_need_quotes_are_placed_too(tmp_path: Path) -> None:
     assert document.data["graphs"]["base"]["parameters"]["left"] == ["left $$(x)"]  # a graph would replace $(x)
 
 
-def test_a_comment_stays_at_the_link_of_the_world(tmp_path: Path) -> None:
+def test_a_base_link_called_world_has_a_comment_in_the_robot_file(tmp_path: Path) -> None:
     bolt = '<joint name="bolt" type="fixed"><parent link="world"/><child link="base_link"/></joint>'
     own = "<gazebo><selfCollide>true</selfCollide></gazebo>"
     document = compared(tmp_path, robot('<link name="world"/>', bolt, limb("j", 2), own))

@@ -98,7 +98,7 @@ def test_the_slippery_friction_of_wheels_that_a_plugin_pushes_does_not_count(tmp
     assert (wheels["dynamic_friction"], wheels["across"]) == (0.4, 0.4)
 
 
-def test_a_controller_without_a_multiplier_says_nothing_of_skidding(tmp_path: Path) -> None:
+def test_a_controller_without_a_multiplier_does_not_change_the_skid_steered_track(tmp_path: Path) -> None:
     _, known = parts(imported(tmp_path, description(SKID), CONTROLLER))
     assert known["track"] == pytest.approx(TRACK * (1 + 0.25**2), rel=1e-3)
 
@@ -112,7 +112,7 @@ def test_a_controller_without_a_multiplier_says_nothing_of_skidding(tmp_path: Pa
         (friction(0.4, 0.9, "0 1 0"), 0.9, 0.4),
     ],
 )
-def test_the_friction_of_the_description_counts(tmp_path: Path, tags: str, along: float, across: float) -> None:
+def test_the_friction_of_the_description_is_used(tmp_path: Path, tags: str, along: float, across: float) -> None:
     found = imported(tmp_path, description(SKID, tags))
     wheels, known = parts(found)
     assert (wheels["dynamic_friction"], wheels["across"], wheels["direction"]) == (along, across, [1.0, 0.0, 0.0])
@@ -142,7 +142,7 @@ def test_limits_of_joints_and_controllers_stay(tmp_path: Path) -> None:
     assert (known["speed"], known["turn"]) == (0.7, 2.5)
 
 
-def test_a_long_base_says_from_which_slope_it_slides(tmp_path: Path) -> None:
+def test_a_long_base_has_a_remark_on_the_slope_at_which_it_slides(tmp_path: Path) -> None:
     """0.25 x 0.5 / 0.8 = 0.156, the tangent of 8.9 degrees."""
     found = imported(tmp_path, description(LONG))
     assert parts(found)[0]["across"] == 0.156
@@ -152,7 +152,7 @@ def test_a_long_base_says_from_which_slope_it_slides(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("offset", "side"), [(-0.05, "behind"), (0.05, "ahead of"), (0.02, "")])
-def test_a_skid_steered_base_says_that_its_weight_lies_ahead_of_or_behind_its_middle(
+def test_a_skid_steered_base_has_a_remark_on_a_mass_ahead_of_or_behind_its_middle(
     tmp_path: Path, offset: float, side: str
 ) -> None:
     """The wheels have a sixth of the mass; remarks begin at 0.05 of the wheelbase, 26 mm."""

@@ -61,7 +61,7 @@ def test_a_shape_with_few_corners_is_no_wheel(folder: Path, corners: int, found:
     ("limits", "found"),
     [('lower="-1e16" upper="1e16"', True), ('lower="-6.3" upper="6.3"', False), ('lower="-1.5" upper="1.5"', False)],
 )
-def test_a_revolute_joint_carries_a_wheel_if_it_turns_on_and_on(folder: Path, limits: str, found: bool) -> None:
+def test_a_revolute_joint_with_a_range_above_four_turns_carries_a_wheel(folder: Path, limits: str, found: bool) -> None:
     more = f'<limit {limits} effort="5" velocity="10"/>'
     robot = imported(folder, rover(CASTER, wheels=meshed(kind="revolute", more=more)))
     assert ("left_joint" in robot.draft.wheels) is found
@@ -73,7 +73,7 @@ def test_a_mesh_high_above_the_floor_is_no_wheel(folder: Path) -> None:
     assert list(robot.draft.wheels) == ["left_joint", "right_joint"]
 
 
-def test_a_cylinder_rolls_as_an_ellipsoid_and_a_sphere_as_it_is(folder: Path) -> None:
+def test_a_cylinder_wheel_becomes_an_ellipsoid_and_a_sphere_stays_a_sphere(folder: Path) -> None:
     sphere = '<geometry><sphere radius=".1"/></geometry>'
     robot = imported(folder, rover(CASTER, wheels=wheel("left", 0.2) + wheel("right", -0.2, sphere)))
     assert keys(robot)["wheel_colliders"] == {"left_wheel": "ellipsoid"}
@@ -124,7 +124,7 @@ def test_a_wheel_on_a_joint_that_is_commanded_is_no_caster(folder: Path, command
 
 
 @pytest.mark.parametrize("collision", [MESH, CYLINDER], ids=["meshes", "cylinders"])
-def test_a_robot_that_is_imported_goes_as_far_as_its_wheels_turn(folder: Path, collision: str) -> None:
+def test_an_imported_robot_travels_the_distance_of_its_wheels(folder: Path, collision: str) -> None:
     low = CHASSIS.replace('xyz="-.1 0 .06"', 'xyz="-.1 0 -.07"')  # it drags
     wheels = wheel("left", 0.2, collision) + wheel("right", -0.2, collision)
     robot = imported(folder, rover(chassis=low, wheels=wheels))

@@ -44,7 +44,7 @@ def test_max_acceleration_is_the_slope_of_the_velocity_set_point(project: Projec
     assert seen[239] == pytest.approx(1.0, rel=0.002)
 
 
-def test_max_velocity_bounds_a_command_and_says_so(project: Project) -> None:
+def test_max_velocity_limits_a_command_with_a_warning(project: Project) -> None:
     project.write("bot.urdf", ENDLESS).robot("joints: {arm_joint: {drive: {damping: 1000, max_velocity: 2}}}")
     simulation, joints = project.load_joints()
     joints.select().command(velocities=[-5.0])

@@ -50,7 +50,7 @@ def world(assets: str = "", bodies: str = "", more: str = "") -> str:
         (world(bodies=JOINT, more='<actuator><general joint="j" actdim="1000000000"/></actuator>'), "general"),
     ],
 )
-def test_a_world_that_unfolds_without_end_is_refused_where_it_becomes_too_much(
+def test_a_world_with_too_many_copies_is_refused_at_the_element_that_exceeds_the_limit(
     project: Project, text: str, tag: str
 ) -> None:
     error = project.write("world.xml", text).error()
@@ -62,7 +62,7 @@ def test_a_world_that_unfolds_without_end_is_refused_where_it_becomes_too_much(
     )
 
 
-def test_models_that_attach_models_that_attach_models_are_counted_whole(project: Project) -> None:
+def test_attached_models_count_with_all_models_that_they_attach(project: Project) -> None:
     """Thirty of thirty of thirty of thirty bodies."""
     project.write("m0.xml", world(bodies='<body name="b"><geom size="1"/></body>'))
     for level in range(1, 5):
@@ -88,7 +88,7 @@ def picture(width: int, height: int, depth: int = 8) -> bytes:
         ("a.tex", struct.pack("<2i", 65536, 65537), '<texture name="t" type="2d" file="a.tex"/>'),
     ],
 )
-def test_a_file_that_says_it_is_huge_is_refused_before_it_is_unfolded(
+def test_a_file_whose_header_states_a_huge_size_is_refused_before_it_is_decoded(
     project: Project, name: str, data: bytes, asset: str
 ) -> None:
     """Sizes whose product is more than 32 bits hold end MuJoCo's process."""
@@ -229,4 +229,4 @@ def test_all_files_of_a_scene_together_have_a_limit(project: Project, monkeypatc
         (project.folder / f"a{number}.obj").write_bytes(obj("f 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n") + b"#" * 20_000)
         meshes += f'<mesh name="m{number}" file="a{number}.obj"/>'
     first = project.write("world.xml", world(meshes)).errors()[0]
-    assert "error S102: 'a4.obj': with it the files of the scene are larger than 0 MB" in first
+    assert "error S102: 'a4.obj': with this file, the files of the scene are larger than 0 MB" in first

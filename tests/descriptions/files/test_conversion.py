@@ -28,7 +28,7 @@ def why(answer: list[Converted] | MeshError) -> str:
     return str(answer)
 
 
-def test_a_file_becomes_one_mesh_per_colour_or_a_single_one() -> None:
+def test_a_visual_becomes_one_mesh_per_colour_and_a_collider_a_single_mesh() -> None:
     files = [Foreign(TWO, ".dae", visual=True), Foreign(TWO, ".dae", visual=False), Foreign(b"", ".dae", visual=True)]
     seen, collided, empty = convert_all([*files])
     assert isinstance(seen, list)
@@ -41,7 +41,7 @@ def test_a_file_becomes_one_mesh_per_colour_or_a_single_one() -> None:
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "utf-8", "utf-16", "iso-8859-1", "windows-1252"])
-def test_encodings_that_exporters_declare_are_known_where_nothing_can_be_imported(encoding: str) -> None:
+def test_encodings_that_exporters_declare_are_known_without_further_imports(encoding: str) -> None:
     declared = f'<?xml version="1.0" encoding="{encoding}"?>\n' + GOOD.decode().partition("?>")[2]
     (found,) = convert_all([Foreign(declared.encode(encoding), ".dae", visual=True)])
     assert isinstance(found, list)
@@ -97,7 +97,7 @@ SPOILT = [
 
 
 @pytest.mark.parametrize("line", SPOILT, ids=[line[:12].decode() for line in SPOILT])
-def test_an_answer_of_a_process_that_was_taken_over_is_refused(monkeypatch: pytest.MonkeyPatch, line: bytes) -> None:
+def test_a_forged_answer_of_the_process_is_refused(monkeypatch: pytest.MonkeyPatch, line: bytes) -> None:
     told = b'{"failure": "", "files": %b}\n' % line
     frames = (len(told).to_bytes(8, "little") + told) * 9
     monkeypatch.setattr(conversion, "ask", lambda *_: frames)
@@ -123,7 +123,7 @@ conversion.main()
 """
 
 
-def test_each_format_is_read_where_no_file_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_format_is_read_while_no_file_can_be_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "confined.py").write_text(CONFINED, encoding="utf-8")
     monkeypatch.setattr(conversion, "_MODULE", "confined")

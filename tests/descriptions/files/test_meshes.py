@@ -128,12 +128,12 @@ def test_parts_have_the_colours_of_their_materials() -> None:
     assert len(convert(collada(BOTH, materials=(RED, same)), ".dae")) == 1
 
 
-def test_a_geometry_whose_material_is_missing_is_there_all_the_same() -> None:
+def test_a_geometry_with_a_missing_material_is_read() -> None:
     assert bounds(collada(BOTH, materials=(RED,))) == [[0, 0, 0], [1, 1, 2]]
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".glb", ".off", ".stl"])
-def test_other_formats_have_the_points_that_were_written(suffix: str) -> None:
+def test_other_formats_are_read_with_their_points(suffix: str) -> None:
     kind = "stl_ascii" if suffix == ".stl" else suffix[1:]
     data = exported(kind)
     assert meshes.needs_conversion(data, suffix)
@@ -181,7 +181,7 @@ def test_mujoco_reads_converted_meshes(project: Project) -> None:
         (b"glTF", ".glb", "the file cannot be read: ."),
     ],
 )
-def test_a_mesh_that_cannot_be_read_says_why(data: bytes, suffix: str, why: str) -> None:
+def test_an_unreadable_mesh_is_an_error_with_the_reason(data: bytes, suffix: str, why: str) -> None:
     with pytest.raises(MeshError, match=why):
         convert(data, suffix)
 
@@ -199,7 +199,7 @@ def test_a_mesh_names_no_other_file(tmp_path: Path) -> None:
             convert(data, ".glb")
 
 
-def test_pictures_in_a_mesh_are_not_looked_at(caplog: pytest.LogCaptureFixture) -> None:
+def test_images_in_a_mesh_file_are_not_read(caplog: pytest.LogCaptureFixture) -> None:
     """They may unfold to more than there is memory; here none can be read, which trimesh would log."""
     caplog.set_level("DEBUG")
     points = struct.pack("<15f", *range(15))
@@ -222,7 +222,7 @@ def test_pictures_in_a_mesh_are_not_looked_at(caplog: pytest.LogCaptureFixture) 
     assert [text for text in caplog.messages if "image" in text] == []
 
 
-def test_nodes_that_multiply_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_number_of_uses_of_nodes_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(meshes, "MAX_NODES", 1000)
     doubled = "".join(
         f'<node id="n{level}"><instance_node url="#n{level - 1}"/><instance_node url="#n{level - 1}"/></node>'

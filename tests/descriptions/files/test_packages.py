@@ -85,7 +85,7 @@ def test_a_folder_of_another_name_without_a_manifest_can_stand_for_a_package(
     assert "no package 'cart'" in project.write("downloaded/package.xml", MANIFEST.format("wagon")).error()
 
 
-def test_package_paths_begin_at_the_file_that_gives_them(project: Project) -> None:
+def test_package_paths_are_relative_to_the_file_that_contains_them(project: Project) -> None:
     package(project.folder / "base/src/cart", "cart")
     project.write("bot.urdf", robot_with("package://cart/meshes/body.obj"))
     project.write("base/base.yaml", "robot: base\nurdf: ../bot.urdf\npackage_paths: [src]\n")
@@ -93,14 +93,14 @@ def test_package_paths_begin_at_the_file_that_gives_them(project: Project) -> No
     assert project.load().simulation.model.nmesh == 1
 
 
-def test_files_at_absolute_paths_and_with_escaped_names(project: Project) -> None:
+def test_files_with_absolute_paths_and_escaped_names_are_found(project: Project) -> None:
     package(project.folder / "a folder")
     project.write("bot.urdf", robot_with((project.folder / "a folder/meshes/body.obj").as_uri()))
     assert "%20" in (project.folder / "bot.urdf").read_text(encoding="utf-8")
     assert project.load().simulation.model.nmesh == 1
 
 
-def test_a_missing_mesh_says_where_it_looked(project: Project) -> None:
+def test_a_missing_mesh_is_reported_with_the_searched_folders(project: Project) -> None:
     package(project.folder / "cart", "cart")
     error = project.write("bot.urdf", robot_with("package://cart/meshes/bdy.obj")).error()
     assert "bot.urdf:4:42: error S101: no file 'package://cart/meshes/bdy.obj'" in error
@@ -182,7 +182,7 @@ def test_packages_in_folders_that_the_user_allowed_or_installed_are_found(
     assert errors(project, installed=[share]) == []
 
 
-def test_links_in_installed_packages_lead_anywhere_and_in_allowed_folders_they_do_not(
+def test_links_may_leave_installed_packages_but_not_allowed_folders(
     project: Project, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """As `colcon build --symlink-install` leaves them."""

@@ -156,7 +156,7 @@ def test_set_points_are_reported_in_the_units_of_commands(project: Project) -> N
     assert math.isnan(positions[joints.joint_names.index("lift")])
 
 
-def test_no_joint_has_the_name_of_an_actuator_of_a_tendon_by_mistake(project: Project) -> None:
+def test_selecting_a_tendons_actuator_as_a_joint_is_an_error(project: Project) -> None:
     _, joints = loaded(project, KITCHEN_SINK)
     with pytest.raises(JointError, match="has no joint 'gripped'"):
         joints.select(["gripped"])
@@ -189,7 +189,7 @@ def test_a_keyframe_gives_the_control_signals_and_position_servos_begin_at_their
     assert simulation.data.qpos.tolist() == [0.5, 0.25]
 
 
-def test_an_unknown_keyframe_is_an_error_with_those_that_there_are(project: Project) -> None:
+def test_an_unknown_keyframe_is_an_error_that_lists_the_known_keyframes(project: Project) -> None:
     error = model(project, QUADRUPED, "start: hom\n").error()
     assert "S104: the robot has no keyframe 'hom'" in error
     assert "home" in error
@@ -213,7 +213,7 @@ def test_an_arm_moves_alike_as_mjcf_and_as_urdf(project: Project) -> None:
     assert np.abs(paths[0] - paths[1]).max(axis=0) == pytest.approx(np.zeros(2), abs=0.01 * float(reach.min()))
 
 
-def test_the_model_is_attached_as_it_is(project: Project) -> None:
+def test_the_model_is_attached_unchanged(project: Project) -> None:
     """Masses, contacts, tendons and sensors of the compiled scene are those of the model alone."""
     simulation, _ = loaded(project, KITCHEN_SINK)
     spec = mujoco.MjSpec.from_string(KITCHEN_SINK)

@@ -30,7 +30,9 @@ def spawn(loaded: LoadedWorld, name: str, use: str) -> None:
 
 @pytest.mark.parametrize(("text", "kind"), [(CART, "robot"), (BOX, "object"), (TABLE, "static")])
 @pytest.mark.parametrize("from_file", [True, False])
-def test_a_description_stands_in_a_scene_as_it_is(project: Project, text: str, kind: str, from_file: bool) -> None:
+def test_a_scene_can_use_a_description_without_a_robot_file(
+    project: Project, text: str, kind: str, from_file: bool
+) -> None:
     loaded = project.write("thing.urdf", text).load()
     spawn(loaded, "thing", "thing.urdf" if from_file else text)
     simulation = loaded.simulation
@@ -72,7 +74,7 @@ def test_a_xacro_file_is_expanded(project: Project) -> None:
     assert loaded.simulation.model.body("crate/crate").mass[0] == pytest.approx(3.0)
 
 
-def test_a_text_says_where_it_is_wrong_and_nothing_is_left_of_it(project: Project) -> None:
+def test_an_error_in_a_text_has_its_position_and_leaves_no_robot(project: Project) -> None:
     loaded = project.load()
     with pytest.raises(CheckError, match=r"description:4:.* error S103: link 'crate': unknown shape 'blob'"):
         spawn(loaded, "crate", BOX.replace("<box ", "<blob "))
@@ -95,7 +97,7 @@ def test_a_text_reads_no_file_that_the_scene_may_not(project: Project) -> None:
             spawn(project.load(), "thing", text)
 
 
-def test_texts_of_things_that_are_gone_are_not_kept(project: Project) -> None:
+def test_texts_of_removed_robots_are_not_kept(project: Project) -> None:
     loaded = project.load()
     for mass in range(3, 6):
         spawn(loaded, "crate", BOX.replace('mass value="3"', f'mass value="{mass}"'))
@@ -121,7 +123,7 @@ CAN = """<mujoco model="can">
 
 
 @pytest.mark.parametrize("from_file", [True, False])
-def test_a_mujoco_model_stands_in_a_scene(project: Project, from_file: bool) -> None:
+def test_a_scene_can_use_a_mujoco_model_without_a_robot_file(project: Project, from_file: bool) -> None:
     loaded = project.write("can.xml", CAN).load()
     simulation = loaded.simulation
     timestep = simulation.model.opt.timestep

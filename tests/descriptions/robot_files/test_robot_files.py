@@ -54,7 +54,9 @@ def test_null_removes_an_entry_of_the_file_that_is_extended(project: Project) ->
         ("sensors: {eye: {type: contact, parent: null}}", "parent: expected text"),
     ],
 )
-def test_null_for_what_cannot_be_removed_is_an_error_at_its_place(project: Project, keys: str, message: str) -> None:
+def test_null_for_a_key_that_cannot_be_removed_is_an_error_at_its_position(
+    project: Project, keys: str, message: str
+) -> None:
     project.write("base.yaml", "robot: base\nurdf: bot.urdf\ngraphs: {two: {use: two.yaml}}\n")
     error = project.write("bot.yaml", f"robot: bot\nextends: base.yaml\n{keys}\n").error()
     assert message in error
@@ -96,7 +98,7 @@ def test_a_link_whose_name_usd_does_not_allow_keeps_it_as_its_frames_name(projec
 
 
 @pytest.mark.parametrize("name", ["root", "a.b", "1", "arm joint", "Ärm"])
-def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
+def test_a_joint_can_have_any_name(project: Project, name: str) -> None:
     project.cart('"arm_joint"', f'"{name}"').robot(f'joints: {{"{name}": {{drive: {{stiffness: 100, damping: 10}}}}}}')
     simulation, joints = project.load_joints()
     joints.select([name]).command(positions=[0.5])
@@ -104,7 +106,7 @@ def test_a_joint_may_be_called_anything(project: Project, name: str) -> None:
     assert joints.positions()[0] == pytest.approx(0.5, abs=1e-3)
 
 
-def test_a_joint_can_be_put_elsewhere(project: Project) -> None:
+def test_a_robot_file_can_move_a_joint(project: Project) -> None:
     world = project.robot("joints: {arm_joint: {position: [0, 0, 0.5]}}").load()
     assert world.simulation.body(world.stage.find("/bot/base_link/arm")).pose()[0] == pytest.approx((0, 0, 0.6))
 
@@ -113,7 +115,7 @@ def collider(model: mujoco.MjModel, body: str) -> mujoco._structs._MjModelGeomVi
     return model.geom(int(model.body(body).geomadr[0]))
 
 
-def test_wheels_are_ellipsoids_where_the_file_says_so(ship: Ship) -> None:
+def test_wheel_colliders_are_ellipsoids_if_the_file_sets_this(ship: Ship) -> None:
     model = ship("dd100_flat.yaml").simulation.model
     wheel = collider(model, "dd100/front_left_wheel_link")
     assert wheel.type[0] == mujoco.mjtGeom.mjGEOM_ELLIPSOID

@@ -50,7 +50,7 @@ def test_an_included_model_is_placed_by_a_frame_of_it(tmp_path: Path) -> None:
     assert place(found, "wheel") == (5, 2, -1, 0, 0, 0)
 
 
-def test_without_a_pose_the_included_model_has_its_own(tmp_path: Path) -> None:
+def test_without_a_pose_in_the_include_the_model_keeps_its_pose(tmp_path: Path) -> None:
     write(tmp_path, "wheel", document(model(pose(7) + link("hub"), "wheel")))
     found, _ = scope(tmp_path, document(model(link("base") + include("model://wheel"))))
     assert place(found, "wheel::hub") == (7, 0, 0, 0, 0, 0)
@@ -75,7 +75,7 @@ def test_plugins_of_an_include_belong_to_the_model(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("uri", ["model://wheel", "package://wheel/model.sdf", "wheel", "wheel/model.sdf", "./wheel/model.sdf",
                                  "https://fuel.gazebosim.org/1.0/Somebody/models/wheel/3"])  # fmt: skip
-def test_ways_to_name_a_model(tmp_path: Path, uri: str) -> None:
+def test_a_model_is_found_by_each_kind_of_uri(tmp_path: Path, uri: str) -> None:
     write(tmp_path, "wheel")
     found, findings = scope(tmp_path, document(model(link("base") + include(uri))))
     assert not findings.items
@@ -88,7 +88,7 @@ def test_a_model_is_found_in_models_around_the_file(tmp_path: Path) -> None:
     assert list(found.models) == ["wheel"]
 
 
-def test_the_newest_version_that_is_read_counts(tmp_path: Path) -> None:
+def test_of_several_versions_of_a_model_the_newest_supported_one_is_used(tmp_path: Path) -> None:
     named = [("1.6", "old"), ("1.9", "new"), ("1.99", "future")]
     config = "".join(f'<sdf version="{version}">{name}.sdf</sdf>' for version, name in named)
     for version, name in named:
@@ -114,7 +114,7 @@ def test_meshes_of_an_included_model_lie_in_its_folder(tmp_path: Path) -> None:
 # What is not read
 
 
-def test_a_model_that_is_not_there_is_an_error_with_the_folders_that_were_searched(tmp_path: Path) -> None:
+def test_a_missing_model_is_an_error_with_the_searched_folders(tmp_path: Path) -> None:
     text = document(model(link("base") + "\n" + include("model://wheel")))
     assert errors(tmp_path, text) == ["4: no model 'model://wheel'"]
     fuel = document(model(link("base") + include("https://fuel.gazebosim.org/1.0/x/models/Big%20Wheel")))

@@ -211,14 +211,14 @@ ANGLE = st.one_of(st.floats(-3.1, 3.1), st.sampled_from([0.0, QUARTER, -QUARTER,
 
 
 @given(ANGLE, ANGLE, ANGLE)
-def test_angles_give_back_their_rotation(roll: float, pitch: float, yaw: float) -> None:
+def test_from_rpy_of_to_rpy_returns_the_same_rotation(roll: float, pitch: float, yaw: float) -> None:
     rotation = from_rpy(roll, pitch, yaw)
     x, y, z, w = rotation
     apart = multiply(from_rpy(*to_rpy(rotation)), (-x, -y, -z, w))
     assert apart[:3] == pytest.approx((0.0, 0.0, 0.0), abs=1e-14)
 
 
-def test_a_long_chain_of_frames_has_a_place(tmp_path: Path) -> None:
+def test_the_pose_of_a_long_chain_of_frames_is_computed(tmp_path: Path) -> None:
     frames = "".join(
         f'<frame name="F{number}">{pose(1, relative_to=f"F{number + 1}")}</frame>' for number in range(3000)
     )

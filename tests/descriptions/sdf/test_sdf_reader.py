@@ -95,7 +95,7 @@ SHAPES: dict[str, Geometry | tuple[str, Vector3]] = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_shapes(tmp_path: Path, shape: str) -> None:
+def test_each_shape_is_read_with_its_sizes(tmp_path: Path, shape: str) -> None:
     text = document(model(link("base", f'<collision name="c"><geometry>{shape}</geometry></collision>')))
     geometry = urdf(tmp_path, text).links["base"].colliders[0].geometry
     assert (
@@ -127,12 +127,12 @@ def test_a_collision_of_another_shape_is_an_error_and_a_visual_is_left_out(
     assert not found.links["base"].element.all("visual")
 
 
-def test_an_empty_geometry_is_nothing(tmp_path: Path) -> None:
+def test_a_collision_or_visual_with_an_empty_geometry_is_left_out(tmp_path: Path) -> None:
     text = document(model(link("base", '<collision name="c"><geometry><empty/></geometry></collision>')))
     assert not urdf(tmp_path, text).links["base"].colliders
 
 
-def test_colours_are_diffuse_and_transparent(tmp_path: Path) -> None:
+def test_a_colour_is_the_diffuse_colour_with_the_transparency(tmp_path: Path) -> None:
     material = "<material><diffuse>.1 .2 .3 1</diffuse></material><transparency>.5</transparency>"
     text = document(model(link("base", f'<visual name="v">{BALL}{material}</visual>')))
     (visual,) = urdf(tmp_path, text).links["base"].element.all("visual")
@@ -177,7 +177,7 @@ def test_an_axis_may_be_expressed_in_another_frame(tmp_path: Path, version: str,
     assert only_joint(tmp_path, content, version).axis == pytest.approx((-1.0, 0.0, 0.0))
 
 
-def test_limits_and_dynamics(tmp_path: Path) -> None:
+def test_limits_and_dynamics_of_a_joint_are_read(tmp_path: Path) -> None:
     limits = "<lower>-1</lower><upper>2</upper><effort>30</effort><velocity>4</velocity>"
     dynamics = "</limit><dynamics><damping>.5</damping><friction>.25</friction></dynamics><limit>"
     found = only_joint(tmp_path, TWO + turning("<xyz>0 0 1</xyz>", limits + dynamics))
@@ -330,7 +330,7 @@ def test_a_direction_of_friction_may_be_expressed_in_another_link(tmp_path: Path
     assert (found.text, found.attributes) == ("1.0 0.0 0.0", {"expressed_in": "base"})
 
 
-def test_a_static_model_and_a_spring(tmp_path: Path) -> None:
+def test_static_and_springs_of_joints_become_gazebo_elements(tmp_path: Path) -> None:
     spring = "</limit><dynamics><spring_stiffness>7</spring_stiffness><spring_reference>.5</spring_reference></dynamics><limit>"
     text = document(model("<static>true</static>" + TWO + turning("<xyz>0 0 1</xyz>", spring)))
     told = {(e.get("reference"), c.tag): c.text for e in urdf(tmp_path, text).element.all("gazebo") for c in e.children}
@@ -341,7 +341,7 @@ def test_a_static_model_and_a_spring(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", ["1.4", "1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12"])
-def test_versions(tmp_path: Path, version: str) -> None:
+def test_all_supported_versions_are_read(tmp_path: Path, version: str) -> None:
     assert list(urdf(tmp_path, document(model(link("base")), version)).links) == ["base"]
 
 

@@ -64,7 +64,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_shapes(tmp_path: Path, shape: str) -> None:
+def test_each_shape_becomes_a_geom_of_its_type_and_size(tmp_path: Path, shape: str) -> None:
     found = compiled(tmp_path, model(STATIC + link("l", collision(f"<geometry>{shape}</geometry>"))))
     kind, size = SHAPES[shape]
     assert found.geom_type[0] == kind
@@ -98,7 +98,7 @@ def test_links_that_no_joint_holds_fall_on_their_own(tmp_path: Path) -> None:
     assert compiled(tmp_path, model(links + joint("j", "world", "a"))).njnt == 1
 
 
-def test_a_mass_lies_where_its_pose_says(tmp_path: Path) -> None:
+def test_a_mass_has_the_position_of_its_inertial_pose(tmp_path: Path) -> None:
     moments = "<inertia><ixx>.1</ixx><iyy>.2</iyy><izz>.25</izz></inertia>"
     inertial = f"<inertial>{pose(0, 0, 0.5, math.pi / 2)}<mass>3</mass>{moments}</inertial>"
     body = compiled(tmp_path, model(f'<link name="l">{inertial}{collision(BALL)}</link>', "thing")).body("thing")
@@ -154,7 +154,7 @@ def test_friction_comes_from_the_surface(tmp_path: Path) -> None:
     assert found.geom_friction[:, 0].tolist() == [0.35, 1.0]
 
 
-def test_visuals_are_seen_and_colliders_are_felt(tmp_path: Path) -> None:
+def test_colliders_collide_and_visuals_do_not(tmp_path: Path) -> None:
     visual = f'<visual name="v">{BALL}<material><diffuse>1 .5 0 1</diffuse></material></visual>'
     found = compiled(tmp_path, model(STATIC + link("l", collision(BOX) + visual)))
     assert found.geom_contype.tolist() == [1, 0]
@@ -180,7 +180,7 @@ def test_a_place_on_the_moon_is_left_out_with_a_warning(tmp_path: Path) -> None:
     ]
 
 
-def test_gravity_and_lights(tmp_path: Path) -> None:
+def test_gravity_and_lights_of_an_sdf_world_are_converted(tmp_path: Path) -> None:
     lamp = '<light name="lamp" type="spot"><pose>1 2 3 1.5707963267948966 0 0</pose><diffuse>.5 .6 .7 1</diffuse>'
     lamp += (
         "<direction>0 0 -1</direction><spot><outer_angle>1</outer_angle></spot><cast_shadows>1</cast_shadows></light>"

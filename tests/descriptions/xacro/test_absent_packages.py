@@ -50,7 +50,7 @@ def test_a_robot_without_its_packages_keeps_all_other_links(tmp_path: Path) -> N
     assert "left out on request: package 'lidars'" in [finding.message for finding in findings.items]
 
 
-def test_a_package_that_is_there_can_be_left_out_too(tmp_path: Path) -> None:
+def test_an_installed_package_can_be_left_out(tmp_path: Path) -> None:
     (tmp_path / "lidars/urdf").mkdir(parents=True)
     macro = '<xacro:macro name="a2" params="parent"><link name="laser"/></xacro:macro>'
     (tmp_path / "lidars/urdf/a2.xacro").write_text(
@@ -78,7 +78,7 @@ def test_a_mistake_is_reported_beside_a_package_that_only_a_text_names(tmp_path:
 
 
 @pytest.mark.parametrize("name", ["lidars/../..", "..", "/etc"])
-def test_a_name_that_leads_elsewhere_reads_nothing(tmp_path: Path, name: str) -> None:
+def test_a_package_name_with_a_path_reads_no_file(tmp_path: Path, name: str) -> None:
     root, findings = expanded(tmp_path, f'<xacro:include filename="$(find {name})/passwd"/>', name)
     assert root is None or [child.tag for child in root.children] == ["link"]
     assert all("root:" not in finding.message for finding in findings.items)

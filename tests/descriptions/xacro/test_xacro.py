@@ -62,7 +62,7 @@ def description(project: Project, inside: str) -> Project:
     return project.write("bot.xacro", f"{HEAD}{BODY}{inside}\n</robot>\n")
 
 
-def test_arguments_includes_macros_conditions_and_yaml(cart: Project) -> None:
+def test_arguments_includes_macros_conditions_and_yaml_are_expanded(cart: Project) -> None:
     world = cart.load()
     robot = world.robots["bot"]
     assert list(robot.description.links) == ["base_link", "left_wheel", "right_wheel"]
@@ -141,7 +141,7 @@ def test_arguments_for_a_file_without_xacro_are_refused(project: Project) -> Non
     assert "bot.yaml:3:1: error G109: xacro_arguments: 'bot.urdf' does not use xacro" in project.error()
 
 
-def test_an_optional_include_may_be_missing_and_is_not_a_way_out(project: Project) -> None:
+def test_an_optional_include_may_be_missing_but_not_outside_the_folder(project: Project) -> None:
     assert description(project, '<xacro:include filename="part.xacro" optional="true"/>').load()
     description(project, '<xacro:include filename="/etc/passwd" optional="true"/>')
     assert "'/etc/passwd' lies outside the folder of the file you gave" in project.error()
@@ -241,9 +241,7 @@ def test_xacro_gets_no_dangerous_arguments_or_files(project: Project, inside: st
         ('<origin><xacro:attribute name="{}" value="1"/></origin>', "a='1'/&gt;&lt;mesh filename='/etc/passwd' b"),
     ],
 )
-def test_names_that_xacro_makes_do_not_become_elements_that_nobody_judged(
-    project: Project, inside: str, name: str
-) -> None:
+def test_generated_names_cannot_smuggle_in_elements(project: Project, inside: str, name: str) -> None:
     """MuJoCo would open the file that such an element names."""
     error = description(project, f"<gazebo>{inside.format(name)}</gazebo>").error()
     assert "is not a valid XML name" in error
@@ -291,7 +289,7 @@ INCLUDE = '<xacro:include filename="$(find {})/part.xacro"/>'
     ],
     ids=["named in the file", "named in one that it includes", "named by a property"],
 )
-def test_of_a_sourced_workspace_the_packages_that_are_named_can_be_read_and_no_other(
+def test_of_a_sourced_workspace_only_the_named_packages_can_be_read(
     top: str, expected: list[list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     share = workspace(tmp_path, wheels=WHEEL, bodies=f"{HEAD}{INCLUDE.format('wheels')}</robot>", other=WHEEL)
@@ -357,9 +355,7 @@ SPOILT: list[object] = [
 
 
 @pytest.mark.parametrize("answer", [*map(json.dumps, SPOILT), "[" * 100_000, "no JSON"], ids=lambda text: text[:20])
-def test_an_answer_of_a_process_that_was_taken_over_is_refused(
-    answer: str, cart: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_forged_answer_of_the_process_is_refused(answer: str, cart: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     (cart.folder / "loop").symlink_to("loop")
     monkeypatch.setattr(xacro, "ask", lambda *_: answer.replace("BOT", f"{cart.folder}/bot.urdf.xacro").encode())
     assert "xacro: the process that expands the file sends a malformed answer" in cart.error()
@@ -395,9 +391,7 @@ def test_no_forged_answer_raises_anything_but_errors_of_this_package(
         expanded()
 
 
-def test_a_process_that_was_taken_over_names_no_file_that_may_not_be_read(
-    cart: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_forged_answer_with_a_forbidden_file_is_refused(cart: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else the file would be kept in recordings."""
     answer = {**EMPTY, "used": ["/etc/passwd", "loop", "\0", "n" * 300]}
     monkeypatch.setattr(xacro, "ask", lambda *_: json.dumps(answer).encode())

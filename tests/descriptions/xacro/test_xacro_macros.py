@@ -35,7 +35,7 @@ def root(inside: str) -> Element:
         ("*a/&gt;&lt;b", {}, ["block"]),
     ],
 )
-def test_parameters_of_a_macro_with_their_defaults(
+def test_parameters_of_a_macro_are_read_with_their_defaults(
     written: str, parameters: dict[str, str | None], blocks: list[str]
 ) -> None:
     (macro,) = robot_macros(root(ROVER.format(written)))
@@ -57,7 +57,7 @@ def test_a_macro_without_links_is_no_robot() -> None:
         (f"<xacro:arg name='a' default='1'/>{ROVER}", False),
     ],
 )
-def test_whether_a_file_makes_a_robot(inside: str, expected: bool) -> None:
+def test_a_file_with_links_or_macro_calls_outside_macros_has_a_robot(inside: str, expected: bool) -> None:
     assert has_robot(root(inside)) is expected
 
 
@@ -95,7 +95,7 @@ def test_a_macro_that_cannot_be_called_is_explained(wanted: str, parameters: str
     assert told[1] in error.help
 
 
-def test_the_wrapper_names_the_file_by_its_package_and_says_all_that_was_given(tmp_path: Path) -> None:
+def test_the_wrapper_includes_the_file_by_its_package_and_has_all_given_values(tmp_path: Path) -> None:
     (tmp_path / "rovers/urdf").mkdir(parents=True)
     (tmp_path / "rovers/package.xml").write_text("<package><name>rovers</name></package>", encoding="utf-8")
     path = tmp_path / "rovers/urdf/rover.xacro"

@@ -19,7 +19,7 @@ from tests.nodes.harness import Player
 REALS = st.floats(-1e6, 1e6)
 
 
-def test_they_are_data_nodes() -> None:
+def test_arithmetic_nodes_are_data_nodes() -> None:
     assert {cls.kind() for cls in (Add, Subtract, Multiply, Divide, Modulo, Negate, Increment)} == {"data"}
 
 
@@ -55,7 +55,7 @@ def test_multiplying_and_dividing_by_a_value_leaves_the_number_unchanged(a: floa
         ("int[]", "int", "int[]"),
     ],
 )
-def test_the_type_of_the_sum_is_the_wider_one(a: str, b: str, expected: str) -> None:
+def test_the_sum_has_the_wider_type_of_its_operands(a: str, b: str, expected: str) -> None:
     values: dict[str, Any] = {
         "int": 1,
         "double": 0.5,
@@ -77,7 +77,7 @@ def test_in_a_graph_whole_literals_stay_whole_and_feed_doubles_too(play: Player)
     assert repr(shown(play, "double Sum.sum", nodes)) == "3.0"
 
 
-def test_in_a_graph_further_inputs_are_there_when_they_are_named(play: Player) -> None:
+def test_in_a_graph_naming_a_further_input_adds_it(play: Player) -> None:
     nodes = {
         "Ten": "{type: ConstantDouble, inputs: {value: 10}}",
         "Sum": "{type: Add, inputs: {a: 1, b: 2, input2: [1, 2]}}",
@@ -115,7 +115,7 @@ def test_in_a_graph_tuples_of_different_lengths_are_reported_with_both_ports(pla
         shown(play, "double Sum.sum", {"Sum": "{type: Add, inputs: {a: [1, 2], b: [0.5, 1, 2]}}"})
 
 
-def test_in_a_graph_operands_that_are_no_numbers_are_refused_briefly(play: Player) -> None:
+def test_in_a_graph_operands_that_are_not_numbers_give_a_short_error(play: Player) -> None:
     nodes = {"Text": "{type: ConstantString, inputs: {value: x}}", "Sum": "{type: Add, inputs: {b: 1}}"}
     with pytest.raises(
         CheckError, match=r"Text\.value is a string, Sum\.a takes an int \| int64 \| .{,90} more"
@@ -144,7 +144,7 @@ def test_division_by_zero_is_an_error(a: Any, b: Any) -> None:
         computed(Divide, a=a, b=b)
 
 
-def test_in_a_graph_division_by_zero_keeps_the_quotient_before_it(play: Player) -> None:
+def test_in_a_graph_division_by_zero_keeps_the_previous_quotient(play: Player) -> None:
     playing = play.graph(
         """
         nodes:
@@ -171,7 +171,7 @@ def test_in_a_graph_a_number_is_divided_by_a_number(play: Player, b: str) -> Non
 
 
 @given(st.integers(-100, 100), st.integers(-100, 100).filter(bool))
-def test_a_remainder_belongs_to_a_quotient_rounded_toward_zero(a: int, b: int) -> None:
+def test_the_remainder_belongs_to_the_quotient_rounded_toward_zero(a: int, b: int) -> None:
     assert computed(Modulo, a=a, b=b).result == a - b * math.trunc(a / b) == math.fmod(a, b)
 
 
@@ -193,7 +193,7 @@ def test_in_a_graph_unsigned_numbers_are_not_negated(play: Player) -> None:
         shown(play, "double Minus.output", nodes, ["Whole.inputs:value -> Minus.input"])
 
 
-def test_an_increment_keeps_the_type_and_cuts_off() -> None:
+def test_an_increment_keeps_the_type_and_truncates() -> None:
     assert computed(Increment, value=4).result == 5
     assert repr(computed(Increment, value=4, increment=3.2).result) == "7"  # the documentation's example
     assert computed(Increment, value=-4, increment=0.5).result == -3

@@ -29,7 +29,7 @@ def constructed(**literals: Any) -> Any:
     return output_of(made(**{fields.get(name, name): value for name, value in literals.items()}), "array")
 
 
-def test_the_last_element_that_is_given_is_repeated_up_to_the_size() -> None:
+def test_the_last_given_element_is_repeated_up_to_the_size() -> None:
     assert constructed(arraySize=4, input0=1.5, input1=2.5) == [1.5, 2.5, 2.5, 2.5]
     assert constructed(arraySize=1, input0=1.5, input1=2.5) == [1.5]
     assert constructed(arraySize=0, input0=1.5) == []
@@ -39,7 +39,7 @@ def test_inputs_are_taken_by_their_numbers() -> None:
     assert constructed(arraySize=3, input10="c", input2="b", input0="a") == ("a", "b", "c")
 
 
-def test_elements_take_the_type_that_can_hold_all_of_them() -> None:
+def test_an_array_has_the_first_element_type_to_which_all_elements_convert() -> None:
     assert constructed(arraySize=2, input0=1, input1=2.5) == [1.0, 2.5]
     assert constructed(arraySize=2, arrayType="int64[]", input0=1, input1=2) == [1, 2]
     with pytest.raises(ValueError, match="elements of the types double, token cannot form one array"):
@@ -51,7 +51,7 @@ def test_tuples_make_an_array_of_rows() -> None:
     assert output_of(node, "array") == [[1.0, 2.0, 3.0]] * 2
 
 
-def test_an_array_is_not_made_longer_than_memory_bears() -> None:
+def test_an_array_longer_than_the_limit_is_refused() -> None:
     with pytest.raises(
         ValueError, match=f"arraySize must be of {MAX_LENGTH} elements or fewer, it is {MAX_LENGTH + 1}"
     ):
@@ -132,7 +132,9 @@ def test_the_older_type_makes_arrays_of_five_inputs(size: int, expected: list[fl
         ("AppendArray", {"input0": ("a",), "input1": ("b", "c")}, "array", ("a", "b", "c")),
     ],
 )
-def test_a_node_alone(name: str, inputs: dict[str, Any], output: str, expected: Any) -> None:
+def test_outside_a_graph_array_nodes_give_the_expected_arrays(
+    name: str, inputs: dict[str, Any], output: str, expected: Any
+) -> None:
     assert output_of(getattr(arrays, name)(**inputs), output) == expected
 
 
@@ -140,7 +142,7 @@ def test_a_node_alone(name: str, inputs: dict[str, Any], output: str, expected: 
     ("remove_all", "value", "left", "found"),
     [(False, 5.0, [4.0, 5.0], True), (True, 5.0, [4.0], True), (True, 7.0, [4.0, 5.0, 5.0], False)],
 )
-def test_a_value_is_removed_once_or_wherever_it_is(
+def test_the_first_or_every_occurrence_of_a_value_is_removed(
     remove_all: bool, value: float, left: list[float], found: bool
 ) -> None:
     node = arrays.ArrayRemoveValue(array_in=np.array([4.0, 5.0, 5.0]), value=value, remove_all_found=remove_all)
@@ -149,7 +151,7 @@ def test_a_value_is_removed_once_or_wherever_it_is(
 
 @pytest.mark.parametrize("name", ["ArrayIndex", "ArraySetIndex", "ArrayRemoveIndex"])
 @pytest.mark.parametrize(("index", "legal"), [(3, "index must be from -3 to 2"), (-4, "index must be from -3 to 2")])
-def test_an_index_beyond_the_end_says_which_there_are(name: str, index: int, legal: str) -> None:
+def test_the_error_of_an_index_beyond_the_end_gives_the_legal_range(name: str, index: int, legal: str) -> None:
     cls = getattr(arrays, name)
     inputs = {"array" if name == "ArrayIndex" else "array_in": NUMBERS, "index": index}
     with pytest.raises(ValueError, match=legal):
@@ -164,7 +166,7 @@ def test_inputs_are_not_modified() -> None:
 
 
 @given(st.lists(st.integers(-100, 100)), st.integers(-20, 20))
-def test_a_rotation_back_is_the_array_itself(items: list[int], steps: int) -> None:
+def test_rotating_there_and_back_gives_the_original_array(items: list[int], steps: int) -> None:
     there = output_of(arrays.ArrayRotate(array_in=np.array(items, np.int32), steps=steps), "array_out")
     back = output_of(arrays.ArrayRotate(array_in=np.array(there, np.int32), steps=-steps), "array_out")
     assert back == items
@@ -207,7 +209,7 @@ def test_a_literal_becomes_an_element_of_the_array(play: Player) -> None:
     assert (made.dtype, made.tolist()) == (np.float32, [0.5, 0.5, 1.5])
 
 
-def test_a_value_that_is_no_element_is_refused(play: Player) -> None:
+def test_a_value_that_does_not_convert_to_the_element_type_is_refused(play: Player) -> None:
     with pytest.raises(CheckError, match="More: value must be a double, but it is a token"):
         play.graph(wheels("0.5", "left"))
 
@@ -217,7 +219,7 @@ def test_an_index_beyond_the_end_of_a_constant_is_reported_before_the_run(play: 
         play.graph(INDEXED)
 
 
-def test_an_index_beyond_the_end_from_a_wire_keeps_the_element_before_it(play: Player) -> None:
+def test_an_index_beyond_the_end_from_a_wire_keeps_the_previous_output(play: Player) -> None:
     playing = play.graph(
         INDEXED.replace(", index: 2", "") + "  - Count.count -> Third.index\n  - Tick.tick -> Count.execIn\n"
     ).tick()

@@ -47,7 +47,7 @@ def test_bases_widen_as_in_cpp_and_sizes_broadcast(names: str, expected: str) ->
     assert str(common({name: concrete(name) for name in names.split()})) == expected
 
 
-def test_tuples_of_other_lengths_are_refused_by_the_names_of_their_ports() -> None:
+def test_tuples_of_different_lengths_are_refused_with_the_names_of_their_ports() -> None:
     with pytest.raises(ValueError, match=r"^left is double\[2\] and right is int\[3\]; "):
         common({"left": concrete("double[2]"), "number": concrete("int"), "right": concrete("int[3]")})
 
@@ -67,7 +67,7 @@ VALUES: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("value", "expected"), VALUES)
-def test_a_value_of_a_node_alone_says_its_type(value: Any, expected: str) -> None:
+def test_outside_a_graph_the_type_follows_from_the_value(value: Any, expected: str) -> None:
     assert str(type_of(value)) == expected
 
 
@@ -108,7 +108,7 @@ WRAPPED = [("uchar", 200, 100, 44), ("int", 2**31 - 1, 1, -(2**31)), ("uint", 0,
 
 
 @pytest.mark.parametrize(("base", "a", "b", "expected"), [*WRAPPED, ("uint64", 2**64 - 1, 2, 1)])
-def test_integers_wrap_around_alone_as_in_arrays(base: str, a: int, b: int, expected: int) -> None:
+def test_single_integers_wrap_around_like_integers_in_arrays(base: str, a: int, b: int, expected: int) -> None:
     one, many = concrete(base), concrete(f"{base}[]")
     assert lift(operator.add, [one, one], one, operator.add)(a, b) == expected
     arrays = [np.array([number % 2**64], np.uint64).astype(one.dtype) for number in (a, b)]
@@ -121,25 +121,25 @@ def test_real_numbers_of_an_array_are_rounded_once() -> None:
     np.testing.assert_array_equal(lift(operator.add, [floats, floats], floats)(a, b), a + b)
 
 
-def test_single_floats_and_tuples_of_them_stay_as_exact_as_they_are() -> None:
+def test_single_floats_and_tuples_keep_the_precision_of_a_double() -> None:
     one, three = concrete("half"), concrete("half[3]")
     assert lift(operator.mul, [one, one], one, operator.mul)(0.1, 2.0) == 0.2
     assert lift(operator.mul, [three, one], three, operator.mul)((0.1, 0.25, 0.5), 2.0) == (0.2, 0.5, 1.0)
 
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), 3.0e9])
-def test_a_real_number_that_no_int_is_is_told(wrong: float) -> None:
+def test_a_real_number_out_of_the_range_of_an_integer_is_an_error(wrong: float) -> None:
     with pytest.raises(ValueError, match=r"result must be in the range of int, -2147483648 to 2147483647"):
         lift(np.floor, [concrete("double")], concrete("int"))(wrong)
 
 
-def test_arrays_that_are_not_as_long_are_told() -> None:
+def test_arrays_of_different_lengths_are_an_error() -> None:
     doubles = concrete("double[]")
     with pytest.raises(ValueError, match="arrays must be of the same length, or of one element"):
         lift(operator.add, [doubles, doubles], doubles)(np.zeros(3), np.zeros(2))
 
 
-def test_an_array_of_one_element_goes_with_any() -> None:
+def test_an_array_of_one_element_combines_with_any_array() -> None:
     doubles = concrete("double[]")
     result = lift(operator.add, [doubles, doubles], doubles)(np.array([1.0]), np.array([1.0, 2.0]))
     assert result.tolist() == [2.0, 3.0]

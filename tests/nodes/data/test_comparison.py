@@ -56,7 +56,7 @@ def test_a_single_value_is_compared_with_each_of_an_array() -> None:
     assert computed(Compare, a=np.zeros((0, 2)), b=(1.0, 2.0)).result.tolist() == []
 
 
-def test_arrays_that_are_not_as_long_do_not_compare() -> None:
+def test_comparing_arrays_of_different_lengths_is_an_error() -> None:
     with pytest.raises(ValueError, match=r"a, b must be of the same length, it is \[2, 3\]"):
         computed(Compare, a=np.zeros((2, 2)), b=np.zeros((3, 2)))
 
@@ -73,7 +73,7 @@ def test_in_a_graph_the_result_is_a_scalar_or_has_one_element_per_pair(play: Pla
     assert shown(play, "bool[] Is.result", nodes).tolist() == [False, True]
 
 
-def test_in_a_graph_an_operation_is_one_of_six(play: Player) -> None:
+def test_in_a_graph_an_unknown_operation_is_refused_with_the_six_legal_operations(play: Player) -> None:
     with pytest.raises(CheckError, match=r"Is\.operation: expected one of >, <, >=, <=, ==, !="):
         shown(play, "bool Is.result", {"Is": "{type: Compare, inputs: {a: 2, b: 1, operation: '=>'}}"})
 
@@ -108,7 +108,7 @@ def test_numbers_within_the_tolerance_count_as_zero() -> None:
     assert computed(EachZero, value=1, tolerance=1.0).result is True
 
 
-def test_in_a_graph_each_number_of_a_tuple_has_an_answer(play: Player) -> None:
+def test_in_a_graph_each_zero_outputs_a_bool_for_each_number_of_a_tuple(play: Player) -> None:
     assert shown(play, "bool[] Each.result", {"Each": "{type: EachZero, inputs: {value: [0, 1]}}"}).tolist() == [
         True,
         False,

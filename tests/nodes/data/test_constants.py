@@ -35,13 +35,13 @@ def value_of(port_type: str) -> tuple[str, Any]:
     return (str(list(numbers)), numbers) if size else (str(numbers[0]), numbers[0])
 
 
-def test_there_is_one_for_each_type_of_the_reference() -> None:
+def test_every_constant_type_of_isaac_sim_exists() -> None:
     assert len(TYPES) == 54
     assert {"ConstantDouble", "ConstantInt3", "ConstantColor4h", "ConstantTexCoord2f", "ConstantTarget"} <= set(TYPES)
 
 
 @pytest.mark.parametrize("name", sorted(TYPES))
-def test_in_a_graph_its_value_goes_out_of_its_input(play: Player, name: str) -> None:
+def test_in_a_graph_wires_start_at_the_input_of_a_constant(play: Player, name: str) -> None:
     text, expected = value_of(TYPES[name])
     found = shown(play, f"{TYPES[name]} Here.inputs:value", {"Here": f"{{type: {name}, inputs: {{value: {text}}}}}"})
     assert found == expected
@@ -49,12 +49,12 @@ def test_in_a_graph_its_value_goes_out_of_its_input(play: Player, name: str) -> 
 
 
 @pytest.mark.parametrize("name", sorted(TYPES))
-def test_it_is_a_data_node_of_one_port(name: str) -> None:
+def test_a_constant_is_a_data_node_with_one_port(name: str) -> None:
     cls = default_registry().types[f"omni.graph.nodes.{name}"]
     assert (cls.kind(), list(cls.ports)) == ("data", ["inputs:value"])
 
 
-def test_alone_it_holds_its_value() -> None:
+def test_outside_a_graph_a_constant_holds_its_value() -> None:
     node: Any = DOUBLE3(value=(1.0, 2.0, 3.0))
     node.compute()
     assert node.value == (1.0, 2.0, 3.0)

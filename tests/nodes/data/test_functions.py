@@ -18,7 +18,7 @@ from tests.nodes.harness import Player
 REALS = st.floats(-1e6, 1e6)
 
 
-def test_an_absolute_value_has_no_sign() -> None:
+def test_absolute_values_are_never_negative() -> None:
     assert computed(Absolute, input_in=-2.5).absolute == 2.5
     assert computed(Absolute, input_in=(-1, 2)).absolute == (1, 2)
     assert computed(Absolute, input_in=np.array([-1.0, 2.0])).absolute.tolist() == [1.0, 2.0]
@@ -41,7 +41,7 @@ def test_each_number_of_an_array_is_clamped_by_a_shared_bound_or_its_own() -> No
 
 
 @pytest.mark.parametrize("value", [1.0, np.array([1.0, 2.0])])
-def test_bounds_the_wrong_way_round_are_an_error(value: Any) -> None:
+def test_a_lower_bound_above_the_upper_bound_is_an_error(value: Any) -> None:
     with pytest.raises(ValueError, match="lower, upper must be in ascending order"):
         computed(Clamp, input_in=value, lower=2.0, upper=1.0)
 
@@ -72,7 +72,7 @@ def test_floors_of_tuples_and_arrays_are_ints() -> None:
         *[(0.49999999999999994, 0, 0.0), (2.0**53 - 1, 0, 2.0**53 - 1)],
     ],
 )
-def test_a_number_is_rounded_to_so_many_decimals_and_away_from_0_where_it_is_half_way(
+def test_a_number_is_rounded_to_the_given_decimals_with_halves_away_from_0(
     value: float, decimals: int, expected: float
 ) -> None:
     assert computed(Round, input_in=value, decimals=decimals).output == expected
@@ -92,7 +92,7 @@ def test_powers_of_whole_numbers_are_doubles_and_may_be_negative() -> None:
     assert computed(Exponent, base=10.0, exponent=400).result == math.inf
 
 
-def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
+def test_roots_of_negative_numbers_exist_only_for_odd_degrees() -> None:
     assert computed(NthRoot, value=-27.0, nth_root=3).result == pytest.approx(-3.0, rel=1e-15)
     assert computed(NthRoot, value=-32.0, nth_root=5).result == pytest.approx(-2.0, rel=1e-15)
     assert math.isnan(computed(NthRoot, value=-4.0).result)
@@ -101,7 +101,7 @@ def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
     assert computed(NthRoot, value=(9.0, 16.0)).result == (3.0, 4.0)
 
 
-def test_in_a_graph_a_real_number_outside_of_int_is_reported_at_its_node(play: Player) -> None:
+def test_in_a_graph_a_real_number_out_of_the_range_of_int_is_reported_at_its_node(play: Player) -> None:
     with pytest.raises(CheckError, match="Low: result must be in the range of int"):
         shown(play, "int Low.result", {"Low": "{type: Floor, inputs: {a: 1.0e+12}}"})
 
@@ -129,6 +129,6 @@ def test_powers_of_the_base_have_whole_logarithms() -> None:
         ({"value": 2.0, "base": 1.0}, "base must be above 0 and not 1, it is 1.0"),
     ],
 )
-def test_the_logarithm_of_a_number_without_one_is_an_error(inputs: dict[str, Any], told: str) -> None:
+def test_the_logarithm_of_0_or_a_negative_number_is_an_error(inputs: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):
         computed(Logarithm, **inputs)

@@ -59,7 +59,9 @@ def graph_of(cls: type[Node], inputs: dict[str, Any]) -> str:
 
 
 @pytest.mark.parametrize("name", sorted(COMPUTING))
-def test_a_graph_gives_what_the_node_gives_alone_and_again_after_a_stop(play: Player, name: str) -> None:
+def test_a_graph_gives_the_same_outputs_as_the_node_outside_a_graph_and_again_after_a_stop(
+    play: Player, name: str
+) -> None:
     cls, inputs = COMPUTING[name], NEEDED.get(name, {})
     alone = {field: text_of(value) for field, value in outputs(computed(cls, **inputs)).items()}
     playing = play.graph(graph_of(cls, inputs))

@@ -20,7 +20,7 @@ FUNCTIONS = ["EaseIn", "EaseOut", "EaseInOut", "Linear", "SinIn", "SinOut", "Sin
 @pytest.mark.parametrize(
     ("delta", "exponent", "way"), [(0.0, 2.0, 0.0), (0.25, 1.0, 0.5), (0.25, 2.0, 0.75), (1.0, 2.0, 1.0)]
 )
-def test_a_step_goes_its_share_of_the_way(delta: float, exponent: float, way: float) -> None:
+def test_a_step_covers_its_share_of_the_way(delta: float, exponent: float, way: float) -> None:
     how = {"speed": 2.0, "delta_seconds": delta, "exponent": exponent}
     assert computed(InterpolateTo, current=10.0, target=20.0, **how).result == 10.0 + way * 10.0
     assert computed(InterpolateTo, current=(0.0, 4.0), target=(4.0, 0.0), **how).result == (way * 4.0, 4.0 - way * 4.0)
@@ -71,21 +71,21 @@ def test_an_easing_has_the_curve_of_its_name(name: str, alpha: float, expected: 
     assert both == pytest.approx((expected, 10.0 * expected), abs=1e-12)
 
 
-def test_an_easing_that_a_wire_brings_and_there_is_not_is_told() -> None:
+def test_an_unknown_easing_from_a_wire_is_an_error() -> None:
     node = ready(Ease, RecordingContext(), alpha=0.5, start=0.0, end=1.0)
     node.ease_func = "easein"
     with pytest.raises(ValueError, match=r"easeFunc must be one of EaseIn, EaseOut, .*, it is 'easein'"):
         node.compute()
 
 
-def test_samples_are_joined_by_straight_lines_and_go_on_level() -> None:
+def test_samples_are_joined_by_straight_lines_and_constant_beyond_the_ends() -> None:
     samples = {"knots": [0.0, 1.0, 3.0], "values": [10.0, 20.0, 0.0]}
     asked = {-1.0: 10.0, 0.5: 15.0, 1.0: 20.0, 2.0: 10.0, 9.0: 0.0}
     assert {param: computed(Interpolator, param=param, **samples).value for param in asked} == asked
     assert computed(Interpolator, param=1.0).value == 0.0
 
 
-def test_samples_need_a_value_each() -> None:
+def test_knots_and_values_of_different_lengths_are_an_error() -> None:
     with pytest.raises(ValueError, match=r"knots, values must be of the same length, it is \[2, 1\]"):
         computed(Interpolator, knots=[0.0, 1.0], values=[1.0])
 

@@ -27,12 +27,12 @@ PAIRS = [(True, True), (True, False), (False, True), (False, False)]
 
 
 @pytest.mark.parametrize("cls", GATES)
-def test_truth_values_are_joined(cls: Any) -> None:
+def test_gates_combine_booleans(cls: Any) -> None:
     assert [computed(cls, a=a, b=b).result for a, b in PAIRS] == [GATES[cls]([a, b]) for a, b in PAIRS]
 
 
 @given(st.sampled_from(list(GATES)), st.lists(st.booleans(), min_size=3, max_size=3), st.booleans())
-def test_arrays_are_joined_element_by_element(cls: Any, many: list[bool], one: bool) -> None:
+def test_gates_combine_arrays_element_by_element(cls: Any, many: list[bool], one: bool) -> None:
     expected = [GATES[cls]([element, one]) for element in many]
     joined = computed(cls, a=np.array(many), b=one).result
     assert (joined.tolist(), joined.dtype) == (expected, np.bool_)
@@ -40,32 +40,32 @@ def test_arrays_are_joined_element_by_element(cls: Any, many: list[bool], one: b
 
 
 @pytest.mark.parametrize("cls", GATES)
-def test_in_a_graph_further_inputs_are_joined_from_left_to_right(play: Player, cls: Any) -> None:
+def test_in_a_graph_further_inputs_are_combined_from_left_to_right(play: Player, cls: Any) -> None:
     text = f"{{type: {cls.__name__}, inputs: {{a: true, b: true, input2: false}}}}"
     assert shown(play, "bool Gate.result", {"Gate": text}) is GATES[cls]([True, True, False])
 
 
-def test_a_truth_value_is_inverted() -> None:
+def test_boolean_not_inverts_booleans_and_arrays() -> None:
     assert [computed(BooleanNot, value_in=value).value_out for value in (True, False)] == [False, True]
     assert computed(BooleanNot, value_in=np.array([True, False])).value_out.tolist() == [False, True]
 
 
 @pytest.mark.parametrize("word", WORDS)
-def test_an_expression_joins_as_its_word_says(word: str) -> None:
+def test_a_boolean_expression_applies_its_operator(word: str) -> None:
     joined = [computed(BooleanExpr, a=a, b=b, operator_in=word).result for a, b in PAIRS]
     assert joined == [letter == "T" for letter in WORDS[word]]
 
 
-def test_an_expression_is_and_where_it_has_no_word() -> None:
+def test_the_default_operator_of_a_boolean_expression_is_and() -> None:
     assert computed(BooleanExpr, a=True, b=True).result is True
     assert computed(BooleanExpr, a=True).result is False
 
 
-def test_in_a_graph_an_unknown_word_is_reported_with_the_legal_ones(play: Player) -> None:
+def test_in_a_graph_an_unknown_operator_is_reported_with_the_legal_operators(play: Player) -> None:
     with pytest.raises(CheckError, match="Is: operator must be one of AND, OR, XOR, XNOR, NAND, NOR, it is 'and'"):
         shown(play, "bool Is.result", {"Is": "{type: BooleanExpr, inputs: {operator: and}}"})
 
 
-def test_in_a_graph_numbers_are_no_truth_values(play: Player) -> None:
+def test_in_a_graph_numbers_are_refused_as_booleans(play: Player) -> None:
     with pytest.raises(CheckError, match=r"Gate\.a is a bool \| bool\[\].*got 1"):
         shown(play, "bool Gate.result", {"Gate": "{type: BooleanAnd, inputs: {a: 1, b: true}}"})

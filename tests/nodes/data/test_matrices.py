@@ -25,7 +25,7 @@ def rows(matrix: np.ndarray[Any, Any]) -> tuple[float, ...]:
 
 
 @pytest.mark.parametrize("size", [2, 3, 4])
-def test_a_matrix_is_put_together_of_rows_and_taken_apart(size: int) -> None:
+def test_a_matrix_is_built_from_rows_and_split_into_them(size: int) -> None:
     names, square = "xyzw"[:size], NUMBERS[0, :size, :size]
     make, take = (getattr(matrices, f"{what}Matrix{size}") for what in ("Make", "Break"))
     made = computed(make, **{name: rows(row) for name, row in zip(names, square, strict=True)})
@@ -36,7 +36,7 @@ def test_a_matrix_is_put_together_of_rows_and_taken_apart(size: int) -> None:
     assert getattr(many, names[1]).tolist() == NUMBERS[:, 1, :size].tolist()
 
 
-def test_rows_of_three_get_a_column_that_moves_nothing() -> None:
+def test_rows_of_three_numbers_get_the_fourth_column_0_0_0_1() -> None:
     made = computed(
         MakeMatrix4, x=(1.0, 0.0, 0.0), y=(0.0, 1.0, 0.0), z=(0.0, 0.0, 1.0), w=np.array([[5.0, 6.0, 7.0]] * 2)
     )
@@ -45,7 +45,7 @@ def test_rows_of_three_get_a_column_that_moves_nothing() -> None:
     assert made.matrix.tolist() == [expected.ravel().tolist()] * 2
 
 
-def test_in_a_graph_rows_are_as_long_as_the_output_type_says(play: Player) -> None:
+def test_in_a_graph_the_output_type_sets_the_length_of_rows(play: Player) -> None:
     text = "{type: ConstantMatrix4d, inputs: {value: [[1, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 12], [13, 14, 15, 16]]}}"
     for given_type, expected in (("double[4]", (13.0, 14.0, 15.0, 16.0)), ("double[3]", (13.0, 14.0, 15.0))):
         nodes = {"Matrix": text, "Break": f"{{type: BreakMatrix4, inputs: {{outputType: '{given_type}'}}}}"}
@@ -93,7 +93,7 @@ def test_in_a_graph_factors_of_mismatched_sizes_are_reported_with_both_ports(pla
         shown(play, "double Product.output", nodes, ["M.inputs:value -> Product.a", "V.inputs:value -> Product.b"])
 
 
-def test_rows_become_columns() -> None:
+def test_transpose_exchanges_rows_and_columns() -> None:
     square = NUMBERS[0, :3, :3]
     assert computed(Transpose, matrix=rows(square)).result == rows(square.T)
     assert (
@@ -118,7 +118,9 @@ def test_the_inverse_of_a_singular_matrix_is_the_identity_times_the_largest_floa
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf])
-def test_a_matrix_with_nan_has_no_inverse_and_prints_nothing(number: float, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_matrix_with_nan_counts_as_singular_and_prints_no_warning(
+    number: float, capfd: pytest.CaptureFixture[str]
+) -> None:
     broken, regular = np.eye(4), 2.0 * np.eye(4)
     broken[1, 2] = number
     both = computed(InvertMatrix, matrix=np.array([broken.ravel(), regular.ravel()])).inverted_matrix
@@ -126,7 +128,7 @@ def test_a_matrix_with_nan_has_no_inverse_and_prints_nothing(number: float, capf
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_vector_is_a_point_to_a_matrix_of_four_rows() -> None:
+def test_a_matrix_with_four_rows_translates_a_vector() -> None:
     move = np.eye(4)
     move[3, :3] = 10.0, 20.0, 30.0
     assert computed(TransformVector, matrix=rows(move), vector=(1.0, 2.0, 3.0)).result == (11.0, 22.0, 33.0)
@@ -136,7 +138,7 @@ def test_a_vector_is_a_point_to_a_matrix_of_four_rows() -> None:
     assert computed(TransformVector, matrix=rows(move), vector=(0.0, 0.0, 0.0)).result == (5.0, 10.0, 15.0)
 
 
-def test_a_vector_is_a_row_to_a_matrix_of_three_rows() -> None:
+def test_a_matrix_with_three_rows_multiplies_a_row_vector() -> None:
     square = NUMBERS[0, :3, :3]
     node = typed(
         TransformVector,

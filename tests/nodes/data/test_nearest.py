@@ -31,7 +31,7 @@ def nearest(**inputs: Any) -> tuple[float, float]:
         ((90.0, -90.0), (INF, 0.0)),
     ],
 )
-def test_only_ranges_of_the_sector_count(sector: tuple[float, float], expected: tuple[float, float]) -> None:
+def test_ranges_outside_the_sector_are_ignored(sector: tuple[float, float], expected: tuple[float, float]) -> None:
     assert nearest(sector=sector) == expected
 
 
@@ -45,5 +45,5 @@ def test_only_ranges_of_the_sector_count(sector: tuple[float, float], expected: 
         ([2.0, 2.0, 2.0], (2.0, -90.0)),  # of several, the first
     ],
 )
-def test_beams_without_a_range_do_not_count(ranges: list[float], expected: tuple[float, float]) -> None:
+def test_infinite_and_nan_ranges_are_ignored(ranges: list[float], expected: tuple[float, float]) -> None:
     assert nearest(ranges=ranges) == expected

@@ -37,7 +37,7 @@ def test_the_matrix_of_a_quaternion_is_the_transpose_of_the_textbooks(q: np.ndar
 
 
 @given(QUATERNIONS)
-def test_the_quaternion_of_the_matrix_of_a_quaternion_is_it_or_its_opposite(q: np.ndarray) -> None:
+def test_converting_a_quaternion_to_a_matrix_and_back_gives_the_same_rotation(q: np.ndarray) -> None:
     found = quaternions_of(matrix_of_quaternions(q))
     assert abs(float(found @ q)) == pytest.approx(1.0, abs=1e-14)
     assert found[3] >= 0.0
@@ -59,13 +59,13 @@ def test_angles_turn_about_fixed_axes_in_the_order_of_their_names(order: str) ->
 
 
 @given(ANGLES, st.sampled_from(ORDERS))
-def test_the_angles_of_the_matrix_of_angles_turn_alike(angles: np.ndarray, order: str) -> None:
+def test_converting_angles_to_a_matrix_and_back_gives_the_same_rotation(angles: np.ndarray, order: str) -> None:
     turned = matrix_of_angles(angles, order)
     np.testing.assert_allclose(matrix_of_angles(angles_of(turned, order), order), turned, atol=1e-7)
 
 
 @pytest.mark.parametrize(("order", "middle"), list(itertools.product(ORDERS, (90.0, -90.0))))
-def test_where_two_turns_are_about_one_axis_the_last_is_zero(order: str, middle: float) -> None:
+def test_in_gimbal_lock_the_last_angle_is_zero(order: str, middle: float) -> None:
     angles = np.zeros(3)
     for axis, angle in zip(order, (20.0, middle, 30.0), strict=True):
         angles["XYZ".index(axis)] = angle
@@ -76,20 +76,20 @@ def test_where_two_turns_are_about_one_axis_the_last_is_zero(order: str, middle:
 
 
 @given(QUATERNIONS, st.floats(-360.0, 360.0))
-def test_a_turn_about_an_axis_leaves_the_axis_and_turns_by_the_angle(q: np.ndarray, angle: float) -> None:
+def test_a_rotation_about_an_axis_keeps_the_axis_and_turns_by_the_angle(q: np.ndarray, angle: float) -> None:
     axis = q[:3] if np.linalg.norm(q[:3]) > 0.1 else np.array([0.0, 0.0, 2.0])
     turn = matrix_about(axis, np.array(angle))
     np.testing.assert_allclose(axis @ turn, axis, atol=1e-13)
     assert np.trace(turn) == pytest.approx(1.0 + 2.0 * math.cos(math.radians(angle)), abs=1e-12)
 
 
-def test_scale_is_taken_out_and_a_mirror_too() -> None:
+def test_without_scale_removes_scale_and_mirroring() -> None:
     turn = matrix_of_quaternions(np.array([0.0, 0.0, HALF, HALF]))
     for scale in ([1.0, 2.0, 3.0], [-1.0, -1.0, -1.0]):
         np.testing.assert_allclose(without_scale(np.array(scale)[:, None] * turn), turn, atol=1e-15)
 
 
-def test_many_at_once_are_the_same_as_one_by_one() -> None:
+def test_arrays_are_converted_like_single_values() -> None:
     quaternions = np.random.default_rng(3).normal(size=(5, 4))
     matrices = rotation_matrix(quaternions)
     for one, turned in zip(quaternions, matrices, strict=True):

@@ -51,7 +51,9 @@ def near(expected: tuple[float, ...]) -> Any:
 
 
 @given(POSITIONS, SCALES, ANGLES, st.sampled_from(ORDERS))
-def test_the_parts_of_a_transform_are_read_back(position: Any, scale: Any, angles: Any, order: str) -> None:
+def test_translation_rotation_and_scale_of_a_transform_are_read_back(
+    position: Any, scale: Any, angles: Any, order: str
+) -> None:
     made = computed(
         MakeTransform, translation=position, scale=scale, rotation_xyz=angles, rotation_order=order
     ).transform
@@ -75,7 +77,7 @@ def test_the_quaternion_of_a_matrix_is_its_rotation_without_the_scale(angle: flo
     assert {type(part) for part in found} == {float}
 
 
-def test_a_rotation_is_read_from_matrices_angles_and_quaternions_alike() -> None:
+def test_a_rotation_is_read_equally_from_matrices_angles_and_quaternions() -> None:
     of_rows = transform(matrix(QUARTER))
     three = tuple(np.reshape(of_rows, (4, 4))[:3, :3].ravel().tolist())
     for given_rotation in (of_rows, three, (0.0, 0.0, 90.0)):
@@ -97,7 +99,7 @@ def test_arrays_give_arrays_of_the_base_of_the_input() -> None:
     assert computed(GetMatrix4Translation, matrix=both).translation.tolist() == [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0]]
 
 
-def test_a_translation_is_set_and_nothing_else() -> None:
+def test_setting_a_translation_changes_only_the_translation() -> None:
     before = transform(matrix(QUARTER), (1.0, 2.0, 3.0), (2.0, 2.0, 2.0))
     after = transform(matrix(QUARTER), (7.0, 8.0, 9.0), (2.0, 2.0, 2.0))
     assert computed(SetMatrix4Translation, matrix_in=before, translation=(7.0, 8.0, 9.0)).matrix_out == after
@@ -105,7 +107,7 @@ def test_a_translation_is_set_and_nothing_else() -> None:
     assert many.tolist() == [list(after)]
 
 
-def test_a_scale_is_set_and_nothing_else() -> None:
+def test_setting_a_scale_changes_only_the_scale() -> None:
     before = transform(matrix(QUARTER), (1.0, 2.0, 3.0), (5.0, 6.0, 7.0))
     after = transform(matrix(QUARTER), (1.0, 2.0, 3.0), (2.0, 3.0, 4.0))
     assert computed(SetMatrix4Scale, matrix_in=before, scale=(2.0, 3.0, 4.0)).matrix_out == near(after)
@@ -145,7 +147,7 @@ def test_a_vector_is_turned_by_any_rotation() -> None:
     np.testing.assert_allclose(many, [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]], atol=1e-15)
 
 
-def test_an_eye_looks_along_its_negative_z_with_y_up() -> None:
+def test_a_look_at_camera_looks_along_its_negative_z_axis_with_y_up() -> None:
     made = np.reshape(computed(MakeTransformLookAt, eye=(0.0, 0.0, 5.0), center=(0.0, 0.0, 0.0)).transform, (4, 4))
     np.testing.assert_allclose(made[:3, :3], np.eye(3), atol=1e-15)
     assert made[3].tolist() == [0.0, 0.0, 5.0, 1.0]
@@ -174,6 +176,6 @@ def test_in_a_graph_a_pose_goes_through_a_matrix_and_back(play: Player) -> None:
     assert shown(play, "vectord[3] Angles.rotation", nodes, wires) == pytest.approx((10.0, 20.0, 30.0), abs=1e-9)
 
 
-def test_in_a_graph_an_order_of_angles_is_one_of_six(play: Player) -> None:
+def test_in_a_graph_an_unknown_rotation_order_is_refused_with_the_six_legal_orders(play: Player) -> None:
     with pytest.raises(CheckError, match=r"Make\.rotationOrder: expected one of XYZ, XZY, YXZ, YZX, ZXY, ZYX"):
         shown(play, "matrixd[4] Make.transform", {"Make": "{type: MakeTransform, inputs: {rotationOrder: XYX}}"})

@@ -33,7 +33,7 @@ def test_a_text_is_written_in_capitals_or_small_letters(operation: str, expected
     assert both == (expected, "")
 
 
-def test_an_operation_that_there_is_not_is_told() -> None:
+def test_an_unknown_operation_is_an_error() -> None:
     node = CapitalizeString(string_in="a")
     node.operation = "Upper"
     with pytest.raises(ValueError, match=r"operation must be one of UpperCase, .*, it is 'Upper'"):
@@ -41,7 +41,7 @@ def test_an_operation_that_there_is_not_is_told() -> None:
 
 
 @given(st.lists(st.text("abc", max_size=3), min_size=1, max_size=5))
-def test_what_is_joined_is_taken_apart_again(parts: list[str]) -> None:
+def test_splitting_a_joined_string_gives_its_parts(parts: list[str]) -> None:
     found = computed(SplitString, string="/-".join(parts), delimiter="/-").elements
     assert found == (tuple(parts) if parts != [""] else ())
 
@@ -69,12 +69,12 @@ def test_a_text_of_too_many_parts_is_an_error(monkeypatch: pytest.MonkeyPatch) -
         ({"value": "k", "pos": 99}, -1),
     ],
 )
-def test_a_text_is_found_from_a_place_on(inputs: dict[str, Any], index: int) -> None:
+def test_the_search_starts_at_the_given_position(inputs: dict[str, Any], index: int) -> None:
     assert computed(FindString, string="base_link/base_link", **inputs).index == index
 
 
 @given(TEXTS, st.integers(-14, 14), st.integers(-2, 14))
-def test_a_part_and_what_is_left_without_it_are_the_whole(text: str, index: int, count: int) -> None:
+def test_an_extracted_part_and_the_remaining_string_make_up_the_whole(text: str, index: int, count: int) -> None:
     inputs = {"string_in": text, "index": index, "count": count}
     if text and not -len(text) <= index < len(text):
         with pytest.raises(ValueError, match=f"index must be from {-len(text)} to {len(text) - 1}, it is {index}"):
@@ -87,7 +87,7 @@ def test_a_part_and_what_is_left_without_it_are_the_whole(text: str, index: int,
 
 
 @given(TEXTS, TEXTS, st.integers(-3, 15))
-def test_a_text_that_is_put_in_can_be_taken_out(text: str, value: str, index: int) -> None:
+def test_an_inserted_string_can_be_removed_again(text: str, value: str, index: int) -> None:
     whole = computed(InsertString, string_in=text, value=value, index=index).string_out
     start = min(max(index, 0), len(text))
     assert whole[:start] + whole[start + len(value) :] == text
@@ -103,11 +103,11 @@ def test_a_text_that_is_put_in_can_be_taken_out(text: str, value: str, index: in
         ({"replace": "z", "value": "x"}, "a/b/c"),
     ],
 )
-def test_a_part_is_replaced_where_it_first_stands_or_everywhere(inputs: dict[str, Any], expected: str) -> None:
+def test_the_first_or_every_occurrence_of_a_string_is_replaced(inputs: dict[str, Any], expected: str) -> None:
     assert computed(ReplaceString, string_in="a/b/c", **inputs).string_out == expected
 
 
-def test_a_text_that_grows_too_long_is_an_error() -> None:
+def test_a_result_longer_than_the_limit_is_an_error() -> None:
     with pytest.raises(ValueError, match="value must be so short that the result has"):
         computed(ReplaceString, string_in="a" * 5000, replace="a", value="b" * 5000, replace_all=True)
 

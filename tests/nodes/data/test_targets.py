@@ -15,7 +15,7 @@ from tests.nodes.harness import Player
 THREE = ("/a", "/b", "/c")
 
 
-def test_targets_are_joined_and_prims_that_are_there_come_again_only_if_they_may() -> None:
+def test_targets_are_joined_and_repeated_prims_are_kept_only_if_allowed() -> None:
     assert computed(AppendTargets, input0=("/a", "/b"), input1=("/b", "/a", "/c")).targets == THREE
     both = computed(AppendTargets, input0=("/a",), input1=("/a",), allow_duplicates=True)
     assert both.targets == ("/a", "/a")
@@ -36,17 +36,17 @@ def test_in_a_graph_a_third_target_comes_third(play: Player) -> None:
         ({"count": 0}, ()),
     ],
 )
-def test_some_prims_are_cut_out(inputs: dict[str, Any], expected: tuple[str, ...]) -> None:
+def test_get_targets_selects_consecutive_prims(inputs: dict[str, Any], expected: tuple[str, ...]) -> None:
     assert computed(GetTargets, targets_in=THREE, **inputs).targets_out == expected
 
 
-def test_a_prim_beyond_the_ends_is_an_error_and_none_of_none_is_not() -> None:
+def test_an_index_out_of_range_is_an_error_except_for_an_empty_target() -> None:
     with pytest.raises(ValueError, match="index must be from -3 to 2, it is 3"):
         computed(GetTargets, targets_in=THREE, index=3)
     assert computed(GetTargets, index=3).targets_out == ()
 
 
-def test_a_prim_is_found_by_its_number() -> None:
+def test_find_target_outputs_the_index_of_a_prim() -> None:
     assert computed(FindTarget, targets=THREE, search_target=("/c", "/a")).index == 2
     assert computed(FindTarget, targets=THREE, search_target="/d").index == -1
     assert computed(FindTarget, targets=THREE).index == -1
@@ -64,7 +64,7 @@ def test_a_prim_is_found_by_its_number() -> None:
         ("box", "box"),
     ],
 )
-def test_what_is_above_a_path(path: str, above: str) -> None:
+def test_the_parent_of_a_path_lacks_its_last_name(path: str, above: str) -> None:
     assert computed(GetParentPath, path=path).parent_path == above
     assert computed(GetParentPath, path=(path, "/a/b")).parent_path == (above, "/a")
     assert computed(GetParentPrims, prims=[path, "/a/b"] if path else ["/a/b"]).parent_prims[-1] == "/a"
@@ -80,12 +80,12 @@ def test_what_is_above_a_path(path: str, above: str) -> None:
         ("", "box", ""),
     ],
 )
-def test_names_come_behind_a_path(path: str, suffix: str, whole: str) -> None:
+def test_append_path_appends_names_to_a_path(path: str, suffix: str, whole: str) -> None:
     assert computed(AppendPath, path_in=path, suffix=suffix).path_out == whole
     assert computed(AppendPath, path_in=(path, path), suffix=suffix).path_out == (whole, whole)
 
 
-def test_a_path_behind_a_path_is_an_error() -> None:
+def test_appending_an_absolute_path_is_an_error() -> None:
     with pytest.raises(ValueError, match="suffix must be names to append, without a leading /"):
         computed(AppendPath, path_in="/World", suffix="/box")
 
@@ -105,7 +105,7 @@ def test_targets_are_compared_whole_or_prim_by_prim() -> None:
 @pytest.mark.parametrize(
     ("each", "port_type", "expected"), [("false", "bool", False), ("true", "bool[]", [True, False])]
 )
-def test_in_a_graph_the_type_of_a_comparison_follows_from_how_it_is_made(
+def test_in_a_graph_compare_each_determines_the_type_of_the_result(
     play: Player, each: str, port_type: str, expected: Any
 ) -> None:
     nodes = {"Same": f"{{type: CompareTargets, inputs: {{a: [/a, /b], b: [/a, /c], compareEach: {each}}}}}"}

@@ -36,19 +36,19 @@ def test_angles_are_in_degrees(play: Player, name: str, value: float, expected: 
 
 
 @pytest.mark.parametrize("name", ["Asin", "Acos"])
-def test_there_is_no_angle_of_a_sine_or_cosine_above_1(name: str) -> None:
+def test_arc_sine_and_arc_cosine_of_numbers_above_1_are_nan(name: str) -> None:
     assert math.isnan(computed(getattr(trigonometry, name), value_in=1.5).value_out)
 
 
 @given(st.floats(-179.9, 179.9), st.floats(0.1, 10.0))
-def test_the_angle_of_a_point_is_that_from_the_x_axis(angle: float, radius: float) -> None:
+def test_atan2_is_the_angle_of_a_point_from_the_x_axis(angle: float, radius: float) -> None:
     y, x = radius * math.sin(math.radians(angle)), radius * math.cos(math.radians(angle))
     assert computed(ATan2, a=y, b=x).result == pytest.approx(angle, abs=1e-9)
     assert computed(ATan2, a=(y, 1.0), b=(x, 0.0)).result == pytest.approx((angle, 90.0), abs=1e-9)
 
 
 @given(st.floats(-1e3, 1e3))
-def test_degrees_and_radians_are_the_inverse_of_each_other(angle: float) -> None:
+def test_converting_to_radians_and_back_gives_the_same_angle(angle: float) -> None:
     radians = computed(ToRad, degrees=angle).radians
     assert radians == pytest.approx(angle * math.pi / 180.0, rel=1e-15)
     assert computed(ToDeg, radians=radians).degrees == pytest.approx(angle, rel=1e-14)

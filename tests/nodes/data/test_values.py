@@ -55,14 +55,14 @@ def test_a_condition_selects_a_value_or_element_by_element(
     assert (result, type(result)) == (expected, type(expected))
 
 
-def test_arrays_of_other_lengths_are_not_selected_from() -> None:
+def test_selecting_from_arrays_of_different_lengths_is_an_error() -> None:
     with pytest.raises(ValueError, match=r"condition, ifTrue must be of the same length, it is \[3, 2\]"):
         ready(
             SelectIf, RecordingContext(), condition=np.array([True] * 3), if_true=np.array([1, 2]), if_false=0
         ).compute()
 
 
-def test_values_that_do_not_fit_together_are_reported(play: Player) -> None:
+def test_values_without_common_type_are_reported(play: Player) -> None:
     with pytest.raises(CheckError, match="ifTrue is double and ifFalse is token, which have no common type"):
         play.graph(
             "nodes:\n  S: {type: SelectIf, inputs: {condition: true, ifTrue: 1.5, ifFalse: a}}\nconnections: []\n"
@@ -87,7 +87,7 @@ def test_an_empty_array_has_no_elements(value: Any, empty: bool) -> None:
 # Texts
 
 
-def test_texts_are_built_of_as_many_as_a_file_names() -> None:
+def test_build_string_joins_all_inputs_that_a_file_names() -> None:
     made: Any = grown(BuildString, {"a": "", "b": "", "input3": "", "input2": ""}, DEFINITIONS)
     assert output_of(made(a="a", b="b", input2="c", input3="d"), "value") == "abcd"
     assert output_of(BuildString(a=("a", "b"), b="/x"), "value") == ("a/x", "b/x")
@@ -99,7 +99,7 @@ def test_texts_are_built_of_as_many_as_a_file_names() -> None:
 
 
 @pytest.mark.parametrize("texts", ["x" * (MAX_LENGTH - 1), ("a", "x" * (MAX_LENGTH - 1))])
-def test_a_text_is_not_made_longer_than_memory_bears(texts: str | tuple[str, ...]) -> None:
+def test_a_string_longer_than_the_limit_is_refused(texts: str | tuple[str, ...]) -> None:
     with pytest.raises(
         ValueError, match=f"suffix must be so short that the result has {MAX_LENGTH} characters or fewer"
     ):
@@ -160,18 +160,18 @@ def test_a_text_ends_with_its_suffix(value: str, part: str) -> None:
         ("ToTarget", ("/a", "/b"), ("/a", "/b")),
     ],
 )
-def test_a_value_as_another_type(name: str, value: Any, expected: Any) -> None:
+def test_a_value_is_converted_to_another_type(name: str, value: Any, expected: Any) -> None:
     result = output_of(getattr(conversion, name)(value=value), "converted")
     assert (result, type(result)) == (expected, type(expected))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e19])
-def test_a_number_that_is_no_integer_is_reported(value: float) -> None:
+def test_nan_and_numbers_too_large_for_an_integer_are_reported(value: float) -> None:
     with pytest.raises(ValueError, match="value must be a number that the type int can hold"):
         conversion.ToInt(value=value).compute()
 
 
-def test_a_role_is_given_where_the_shape_has_it(play: Player) -> None:
+def test_a_converted_value_gets_a_role_if_its_shape_has_this_role(play: Player) -> None:
     playing = play.graph(
         """
         nodes:
@@ -203,7 +203,7 @@ def test_a_converter_makes_a_wire_between_other_types_legal(play: Player) -> Non
 # ReadTime
 
 
-def test_time_is_read_in_every_form(context: RecordingContext) -> None:
+def test_read_time_outputs_all_times_of_the_clock(context: RecordingContext) -> None:
     node = ready(ReadTime, context)
     context.tick(3)
     node.compute()
@@ -230,7 +230,7 @@ every_random = pytest.mark.parametrize(("cls", "inputs"), RANDOM)
 
 
 @every_random
-def test_the_same_session_gives_the_same_again_and_so_does_a_play_after_a_stop(
+def test_random_values_repeat_in_an_equal_session_and_after_a_stop(
     cls: type[RandomNode], inputs: dict[str, Any], context: RecordingContext
 ) -> None:
     node = ready(cls, context, **inputs)
@@ -242,7 +242,9 @@ def test_the_same_session_gives_the_same_again_and_so_does_a_play_after_a_stop(
 
 
 @every_random
-def test_two_nodes_differ_unless_they_share_a_seed(cls: type[RandomNode], inputs: dict[str, Any]) -> None:
+def test_two_nodes_give_different_random_values_unless_they_share_a_seed(
+    cls: type[RandomNode], inputs: dict[str, Any]
+) -> None:
     one, other = RecordingContext("/World/graph/one"), RecordingContext("/World/graph/other")
     assert drawn(ready(cls, one, **inputs), 30) != drawn(ready(cls, other, **inputs), 30)
     seeded = [drawn(ready(cls, context, seed=7, use_seed=True, **inputs), 30) for context in (one, other)]
@@ -294,7 +296,7 @@ def test_without_bounds_a_number_is_drawn_from_0_to_1_and_a_normal_one_around_0(
     assert np.std(np.array(drawn["Wide"]), axis=0) == pytest.approx([1.0, 100.0], rel=0.3)
 
 
-def test_numbers_of_arrays_and_tuples_are_drawn_each() -> None:
+def test_each_number_of_arrays_and_tuples_is_drawn_separately() -> None:
     node = ready(RandomNumeric, RecordingContext(), minimum=np.array([0, 10]), maximum=np.array([1, 11]))
     assert all(low in (0, 1) and high in (10, 11) for low, high in drawn(node, 10))
     both = ready(RandomGaussian, RecordingContext(), mean=(0.0, 100.0), stdev=1.0)
@@ -324,7 +326,7 @@ def test_the_seed_of_the_session_decides_the_random_values(play: Player) -> None
 # Paths
 
 
-def test_prims_are_identified_by_their_paths() -> None:
+def test_the_paths_of_prims_are_output() -> None:
     node = GetPrimPath(prim=("/a", "/b"))
     node.compute()
     assert node.path == node.prim_path == "/a"
@@ -332,7 +334,7 @@ def test_prims_are_identified_by_their_paths() -> None:
     assert output_of(GetPrimPaths(prims=("/a", "/b")), "prim_paths") == ("/a", "/b")
 
 
-def test_a_graph_knows_the_prim_that_it_is_put_at(play: Player) -> None:
+def test_a_graph_target_is_the_prim_of_the_graph(play: Player) -> None:
     context = RecordingContext("/World/here/node")
     assert output_of(ready(GraphTarget, context), "prim_path") == "/World/here"
     assert output_of(ready(GetGraphTargetPrim, context), "prim") == ("/World/here",)

@@ -46,7 +46,7 @@ def from_variable(play: Player, port_type: str, value: str, node: str, port: str
     return playing.node("Show").value_out
 
 
-def test_the_components_come_out_in_order() -> None:
+def test_the_components_of_a_vector_are_output_in_order() -> None:
     node = computed(BreakVector3, tuple_in=(1.5, -2.5, 3.5))
     assert (node.x, node.y, node.z) == (1.5, -2.5, 3.5)
     node = computed(BreakVector3, tuple_in=PAIRS)
@@ -54,19 +54,19 @@ def test_the_components_come_out_in_order() -> None:
 
 
 @pytest.mark.parametrize("port_type", TRIPLES)
-def test_in_a_graph_every_type_and_role_of_vector_is_taken_apart(play: Player, port_type: str) -> None:
+def test_in_a_graph_every_type_and_role_of_vector_is_split(play: Player, port_type: str) -> None:
     for port, expected in zip("xyz", (1.0, 2.0, 3.0), strict=True):
         assert from_variable(play, port_type, "[1, 2, 3]", "BreakVector3", "tuple", f"double {port}") == expected
 
 
 @pytest.mark.parametrize("port_type", ["int[3][]", "float[3][]", "pointd[3][]"])
-def test_in_a_graph_arrays_of_vectors_are_taken_apart_to_arrays(play: Player, port_type: str) -> None:
+def test_in_a_graph_arrays_of_vectors_are_split_into_arrays(play: Player, port_type: str) -> None:
     found = from_variable(play, port_type, "[[1, 2, 3], [4, 5, 6]]", "BreakVector3", "tuple", "double[] y")
     assert found.tolist() == [2.0, 5.0]
 
 
 @pytest.mark.parametrize("port_type", ["double[2]", "double[4]", "quatd[4]", "double[]"])
-def test_in_a_graph_a_value_that_is_no_triple_is_refused_at_the_wire(play: Player, port_type: str) -> None:
+def test_in_a_graph_a_value_without_three_components_is_refused_at_the_wire(play: Player, port_type: str) -> None:
     value = "[1, 2, 3, 4]" if "4" in port_type else "[1, 2]"
     with pytest.raises(CheckError, match=r"Given\.value is an? .*, Node\.tuple takes"):
         from_variable(play, port_type, value, "BreakVector3", "tuple", "double x")
@@ -81,7 +81,7 @@ def test_in_a_graph_a_literal_needs_a_type_only_if_it_is_not_double(play: Player
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])
-def test_a_vector_is_put_together_and_taken_apart(count: int) -> None:
+def test_splitting_a_built_vector_gives_its_components(count: int) -> None:
     names, numbers = "xyzw"[:count], (1.5, -2.0, 3.0, 0.25)[:count]
     made = computed(getattr(vectors, f"MakeVector{count}"), **dict(zip(names, numbers, strict=True)))
     assert made.tuple_out == numbers
@@ -131,12 +131,12 @@ def test_a_normalized_vector_has_length_1_and_the_direction_it_had(vector: tuple
         assert result == pytest.approx(tuple(part / length for part in vector), abs=1e-15)
 
 
-def test_a_vector_of_no_length_is_normalized_to_itself_among_others() -> None:
+def test_a_zero_vector_in_an_array_stays_zero() -> None:
     assert computed(Normalize, vector=np.array([[0.0, 0.0], [3.0, 4.0]])).result.tolist() == [[0.0, 0.0], [0.6, 0.8]]
 
 
 @given(TRIPLE, TRIPLE)
-def test_a_cross_product_is_upright_on_both_and_as_long_as_their_area(
+def test_a_cross_product_is_perpendicular_to_both_and_has_the_length_of_their_area(
     a: tuple[float, ...], b: tuple[float, ...]
 ) -> None:
     cross = computed(CrossProduct, a=a, b=b).product
@@ -164,7 +164,7 @@ def test_the_product_of_a_pair_equals_the_product_of_arrays_with_that_pair(
     assert computed(DotProduct, a=a, b=b).product == pytest.approx(dot, rel=1e-12, abs=1e-9)
 
 
-def test_vectors_of_other_sizes_have_no_dot_product() -> None:
+def test_the_dot_product_of_vectors_of_different_sizes_is_an_error() -> None:
     with pytest.raises(ValueError, match=r"a is double\[\] and b is double\[3\]; give vectors of the same length"):
         computed(DotProduct, a=np.array([1.0, 2.0, 3.0]), b=(1.0, 2.0, 3.0))
     with pytest.raises(ValueError, match="a, b must be of the same length"):

@@ -25,7 +25,7 @@ from tests.nodes.prims.harness import BOX, READING, READING_WIRES, arm, box
 
 
 @pytest.mark.parametrize("where", [{"prim": BOX}, {"prim_path": BOX, "use_path": True}])
-def test_an_attribute_is_read_as_ports_carry_it(where: dict[str, Any]) -> None:
+def test_an_attribute_is_read_as_a_port_value(where: dict[str, Any]) -> None:
     node = computed(ReadPrimAttribute, box(), name="xformOp:translate", **where)
     assert node.value == (1.0, 2.0, 3.0)
     node = computed(ReadPrimAttribute, box(), name="xformOp:orient", **where)
@@ -73,7 +73,7 @@ def test_an_unknown_attribute_is_reported_with_the_nearest_names() -> None:
     assert "xformOp:translate" in str(refused.value)
 
 
-def test_a_prim_on_the_other_input_is_pointed_at() -> None:
+def test_the_error_of_an_empty_prim_input_mentions_the_other_input_if_it_is_set() -> None:
     with pytest.raises(ContextError, match="prim is empty") as refused:
         ready(ReadPrimAttribute, box(), prim_path=BOX, name="xformOp:translate")
     assert "primPath is set, but is used only if usePath is true" in str(refused.value)
@@ -92,7 +92,7 @@ def test_a_pose_is_a_matrix_for_row_vectors() -> None:
     assert np.array([0.0, 0.0, 0.0, 1.0]) @ np.array(local.value).reshape(4, 4) @ made == pytest.approx(row)
 
 
-def test_the_axes_of_a_prim_point_where_it_is_turned_to() -> None:
+def test_the_axes_of_a_prim_follow_its_orientation() -> None:
     node = computed(GetPrimDirectionVector, box(), prim_path=BOX)
     right, up, backward = matrix(yaw(0.5)).T
     assert [node.right_vector, node.left_vector] == [pytest.approx(right), pytest.approx(-right)]
@@ -159,7 +159,7 @@ def test_a_value_of_the_wrong_kind_is_reported_before_the_run(play: Player, valu
         arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", value), READING_WIRES)
 
 
-def test_a_list_needs_no_type_to_be_written(play: Player) -> None:
+def test_a_list_can_be_written_without_a_type(play: Player) -> None:
     playing = arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", "[7, 8, 9]"), READING_WIRES).tick()
     assert playing.node("Read").value == pytest.approx((7.0, 8.0, 9.0))
 

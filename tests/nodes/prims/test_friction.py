@@ -105,7 +105,7 @@ def test_runs_of_two_processes_in_which_friction_is_written_are_the_same(tmp_pat
     assert in_another_process(slide_in, tmp_path) == slide_in(tmp_path)
 
 
-def test_a_stop_and_a_robot_more_leave_friction_as_it_should_be(play: Player) -> None:
+def test_a_new_robot_has_its_own_friction_and_a_stop_resets_written_friction(play: Player) -> None:
     playing = play.scene(SLIDING)
     world = playing.session.services.world
     material = world.stage.find(RUBBER)
@@ -128,7 +128,7 @@ def test_a_stop_and_a_robot_more_leave_friction_as_it_should_be(play: Player) ->
 
 @pytest.mark.parametrize("value", [-0.1, math.nan, math.inf, "slippery"])
 @pytest.mark.parametrize("name", ["physics:staticFriction", "physics:dynamicFriction"])
-def test_a_friction_of_no_sense_is_refused(name: str, value: Any, context: RecordingContext) -> None:
+def test_a_negative_or_infinite_friction_is_refused(name: str, value: Any, context: RecordingContext) -> None:
     material = context.world.stage.add(RUBBER, "material", facts=dict(MATERIAL))
     node = ready(WritePrimAttribute, context, prim=RUBBER, name=name)
     node.value = value

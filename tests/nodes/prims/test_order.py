@@ -8,7 +8,7 @@ from tests.nodes.harness import Player
 from tests.nodes.prims.harness import READING, READING_WIRES, arm
 
 
-def test_a_write_is_seen_by_what_reads_after_it_in_the_same_pass(play: Player) -> None:
+def test_a_later_reader_in_the_same_pass_gets_the_written_value(play: Player) -> None:
     playing = arm(play, READING, READING_WIRES).tick()
     before, after, last = (playing.node(name).position for name in ("Before", "After", "Last"))
     assert before == pytest.approx((0.0, 3.0, 1.0))
@@ -23,7 +23,7 @@ def test_a_world_pose_that_was_written_is_read_in_the_same_pass(play: Player) ->
     assert playing.node("Last").position == (7.0, 8.0, 9.0)
 
 
-def test_a_reader_and_a_writer_in_no_order_are_told(play: Player) -> None:
+def test_an_unordered_reader_and_writer_give_a_warning(play: Player) -> None:
     wires = READING_WIRES.replace("Steps.output1", "Steps.output0")
     found = arm(play, READING, wires).findings
     told = [finding.message for finding in found.items if finding.code == "W105"]
@@ -42,13 +42,13 @@ HERE = "currentPosition: [1, 0, 0], currentOrientation: [0, 0, 0.6, 0.8]"
         "{type: QuinticPathPlanner, inputs: {targetPrim: /World/box, " + HERE + "}}",
     ],
 )
-def test_an_executed_reader_of_a_pose_and_a_writer_in_no_order_are_told(play: Player, node: str) -> None:
+def test_an_unordered_executed_reader_of_a_pose_and_a_writer_give_a_warning(play: Player, node: str) -> None:
     found = arm(play, f"{READING}  Look: {node}\n", f"{READING_WIRES}  - Tick.tick -> Look.execIn\n").findings
     told = [finding.message for finding in found.items if finding.code == "W105"]
     assert told == ["Look reads and Put writes pose /World, but nothing determines their order"]
 
 
-def test_a_drive_that_a_controller_tells_is_read_in_the_same_pass(play: Player) -> None:
+def test_a_drive_target_set_by_a_controller_is_read_in_the_same_pass(play: Player) -> None:
     nodes = """
   Steps: Multisequence
   Tell: {type: ArticulationController, inputs: {robotPath: /arm, jointNames: [turn], positionCommand: [1.0]}}

@@ -39,7 +39,7 @@ GRAVITY_WIRES = """
 """
 
 
-def test_gravity_that_is_written_is_what_bodies_fall_by_and_a_stop_takes_it_back(play: Player) -> None:
+def test_bodies_fall_with_the_written_gravity_until_a_stop_resets_it(play: Player) -> None:
     playing = arm(play, GRAVITY, GRAVITY_WIRES, FALLING)
     world = playing.session.services.world
     assert world.gravity == (0.0, 0.0, -9.81)
@@ -57,7 +57,7 @@ def test_gravity_that_is_written_is_what_bodies_fall_by_and_a_stop_takes_it_back
 
 
 @pytest.mark.parametrize("value", [-1.0, 1e9, math.nan, "up"])
-def test_gravity_of_no_sense_is_refused(value: Any, context: RecordingContext) -> None:
+def test_an_invalid_gravity_is_refused(value: Any, context: RecordingContext) -> None:
     context.world.stage.add("/physicsScene", "scope")
     node = ready(WritePrimAttribute, context, prim="/physicsScene", name="physics:gravityMagnitude")
     node.value = value
@@ -124,7 +124,7 @@ def test_a_light_is_read_and_written_until_a_stop(play: Player) -> None:
         *(("inputs:color", value) for value in ((0.0, -0.1, 0.0), (0.0, 0.0, math.nan), (1e30, 0.0, 0.0), (1.0, 1.0))),
     ],
 )
-def test_a_light_of_no_sense_is_refused(name: str, value: Any, context: RecordingContext) -> None:
+def test_an_invalid_light_is_refused(name: str, value: Any, context: RecordingContext) -> None:
     light = context.world.stage.add("/World/sun", "light", facts={"diffuse": (0.5, 0.5, 0.5)})
     node = ready(WritePrimAttribute, context, prim="/World/sun", name=name)
     node.value = value

@@ -184,7 +184,7 @@ def test_a_robot_that_is_held_in_the_ground_does_not_shake(ship: Ship) -> None:
     assert np.abs(simulation.data.qvel).max() < 0.01
 
 
-def test_of_links_that_are_fixed_to_each_other_those_can_be_placed_that_stand_for_the_robot(ship: Ship) -> None:
+def test_among_links_fixed_to_each_other_only_links_that_stand_for_the_robot_can_be_placed(ship: Ship) -> None:
     loaded = ship("dd100_warehouse.yaml")
     found = [
         prim for prim in loaded.stage.find("/dd100").descendants() if loaded.simulation.placement(prim) is not None

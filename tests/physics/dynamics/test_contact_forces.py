@@ -21,7 +21,7 @@ def carried(simulation: Simulation, name: str, by: str) -> np.ndarray:
     return np.asarray(on_upper - contacts.forces[(first == upper) & (second == lower)].sum(axis=0))
 
 
-def test_contacts_carry_the_weight_of_what_rests_on_them(project: Project) -> None:
+def test_contact_forces_carry_the_weight_of_the_bodies_above(project: Project) -> None:
     simulation = world(project, BLOCK.format("lower", 3, 0.5, 10), BLOCK.format("upper", 3, 1.5, 20)).simulation
     run(simulation, 2.0)
     assert carried(simulation, "upper", "lower") == pytest.approx([0, 0, 20 * 9.81], rel=0.01, abs=0.5)
@@ -42,7 +42,7 @@ def test_a_normal_points_from_the_first_body_to_the_second(project: Project) -> 
     assert (contacts.points[own, 0] > 2.4).all()
 
 
-def test_who_asks_for_contacts_changes_nothing(project: Project) -> None:
+def test_reading_contacts_does_not_change_the_motion(project: Project) -> None:
     watched, plain = (world(project, BLOCK.format("block", 3, 1, 10)).simulation for _ in range(2))
     for _ in range(300):
         watched.step()

@@ -137,7 +137,7 @@ def mecanum_drive(folder: Path) -> bytes:
     return drive(again, mecanum_speeds(0.2, 0.3, 0.4)).tobytes()
 
 
-def test_after_a_reset_and_a_checkpoint_it_moves_the_same_again(project: Project) -> None:
+def test_a_robot_repeats_its_motion_after_a_reset_and_after_a_checkpoint(project: Project) -> None:
     simulation = load(project, MECANUM, MECANUM_WHEELS)
     first = drive(simulation, mecanum_speeds(0.2, 0.3, 0.4)).tobytes(), simulation.data.qpos.tobytes()
     simulation.reset()
@@ -151,7 +151,7 @@ def test_after_a_reset_and_a_checkpoint_it_moves_the_same_again(project: Project
     assert in_another_process(mecanum_drive, project.folder) == first[0]
 
 
-def test_a_settled_scene_begins_as_it_goes_on(project: Project) -> None:
+def test_a_settled_scene_stays_at_rest_after_its_start(project: Project) -> None:
     load(project, MECANUM, MECANUM_WHEELS)
     project.write("scene.yaml", ON_THE_FLOOR.format(height=MECANUM.radius) + "settle: true\n")
     simulation = project.load().simulation

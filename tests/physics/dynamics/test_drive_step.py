@@ -126,7 +126,7 @@ def test_the_sum_over_links_has_the_order_of_numpy_for_any_number_of_links() -> 
         assert (masses[first] * places[first] + rest).tolist() == sums.tolist()
 
 
-def test_it_works_without_numba_and_gives_the_same_motion(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_drives_give_the_same_motion_without_numba(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     def driven() -> tuple[Simulation, bytes]:
         drive = "{stiffness: 50, damping: 5, max_force: 3, interpolate: true, gravity_compensation: true}"
         simulation, joints = project.robot(f"joints: {{arm_joint: {{drive: {drive}}}}}").load_joints()

@@ -85,7 +85,7 @@ def test_lights_have_the_types_of_usd() -> None:
     assert [kind for _, kind in prims.below("/World/lamp/light_1")] == ["SphereLight"]
 
 
-def test_a_light_that_was_changed_stays_so_when_robots_come_and_go_until_a_reset(project: Project) -> None:
+def test_a_changed_light_stays_changed_until_a_reset_when_robots_are_added_and_removed(project: Project) -> None:
     dim = '<body name="lamp"><light name="bulb" diffuse=".5 .5 .5"/><geom size=".1" pos="9 9 9"/></body>'
     loaded = project.world(dim).load()
     simulation = loaded.simulation

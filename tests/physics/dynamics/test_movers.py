@@ -105,6 +105,37 @@ def test_a_lift_raises_a_box_that_stands_on_it(project: Project) -> None:
     assert place(simulation, "load")[2] == pytest.approx(1.55, abs=1e-3)
 
 
+def test_a_heavy_load_slows_a_lift_by_less_than_a_thousandth(project: Project) -> None:
+    lift = "lift: {shape: box, size: [2, 2, 0.5], path: [[0, 0, 0], [0, 0, 1]], speed: 0.5}"
+    simulation = loaded(
+        project, lift, FREE.format("load", "0 0 0.55", ".1 .1 .05").replace('mass="2"', 'mass="2000"')
+    ).simulation
+    ticks(simulation, 100)
+    assert simulation.entities.state("lift").linear_velocity[2] == pytest.approx(0.5, rel=1e-3)
+    assert place(simulation, "lift")[2] == pytest.approx(0.5 * 100 / 60, abs=1e-6)
+
+
+def test_a_mover_passes_through_walls_and_pushes_crates(project: Project) -> None:
+    truck = "truck: {shape: forklift, path: [[-5, 0], [5, 0]], speed: 1}"
+    simulation = loaded(project, truck, RACK, FREE.format("crate", "3 0 0.2", ".2 .2 .2")).simulation
+    ticks(simulation, 700)
+    assert place(simulation, "truck")[:3] == pytest.approx((5.0, 0.0, 0.0), abs=1e-6)
+    assert place(simulation, "crate")[0] > 5.4
+
+
+def test_bodies_that_no_mover_touches_move_as_in_a_scene_without_movers(project: Project) -> None:
+    crate = FREE.format("crate", "4 -3 0.5", ".2 .2 .2").replace(
+        "<freejoint/>", '<freejoint/><geom size=".3" pos=".1 0 .2"/>'
+    )
+    crowd = loaded(project, CROWD, RACK, BALL, crate).simulation
+    project.write("scene.yaml", "scene: test\nworld: world.xml\n")
+    alone = project.load().simulation
+    for simulation in (crowd, alone):
+        ticks(simulation, 90)
+    for name in ("ball", "crate"):
+        assert crowd.entities.state(name) == alone.entities.state(name)
+
+
 def test_a_mover_pushes_bodies_that_stand_in_its_way_or_lean_against_it(project: Project) -> None:
     cart = "cart: {shape: box, size: [1, 1, 1], path: [[0, 0], [9, 0]], speed: 0.5}"
     pole = '<body name="pole" pos=".85 0 .85" euler="0 -20 0"><freejoint/><geom type="box" size=".05 .3 .9" mass="3"/></body>'

@@ -11,7 +11,7 @@ from tests.physics.harness import SCENE, Project
 BLOCK = '<body name="{}" pos="{} 0 .5"><freejoint/><geom type="box" size=".5 .5 .5" mass="10"/></body>'
 
 
-def test_what_is_put_into_something_overlaps_with_it_as_deep_as_it_is_in_there(project: Project) -> None:
+def test_a_body_placed_inside_another_overlaps_by_its_depth(project: Project) -> None:
     wall = '<body name="wall" pos="5 0 0"><geom type="box" size=".5 5 5"/></body>'
     simulation = world(project, wall, BLOCK.format("block", 2)).simulation
     assert simulation.entities.overlaps("block") == []
@@ -22,7 +22,7 @@ def test_what_is_put_into_something_overlaps_with_it_as_deep_as_it_is_in_there(p
     assert simulation.entities.overlaps("bot") == []
 
 
-def test_who_is_put_into_another_overlaps_with_it_and_it_with_them(project: Project) -> None:
+def test_robots_placed_inside_each_other_overlap_mutually(project: Project) -> None:
     simulation = world(project, BLOCK.format("one", 2), BLOCK.format("two", 4)).simulation
     simulation.entities.place("one", Move((3.2, 0, 0.5)))
     for name, other in (("one", "two"), ("two", "one")):
@@ -31,13 +31,13 @@ def test_who_is_put_into_another_overlaps_with_it_and_it_with_them(project: Proj
         assert found.depth == pytest.approx(0.2)
 
 
-def test_what_rests_on_something_does_not_overlap_with_it(project: Project) -> None:
+def test_a_body_at_rest_does_not_overlap_with_its_support(project: Project) -> None:
     simulation = world(project, BLOCK.format("block", 2), BLOCK.format("heavy", 4).replace("10", "1000")).simulation
     run(simulation, 0.5)
     assert simulation.entities.overlaps("block") == simulation.entities.overlaps("heavy") == []
 
 
-def test_a_robot_that_comes_into_something_overlaps_with_it(project: Project) -> None:
+def test_a_robot_spawned_inside_a_body_overlaps_with_the_body(project: Project) -> None:
     loaded = world(project, BLOCK.format("block", -4))
     add(loaded, "late", -3.4)
     (found,) = loaded.simulation.entities.overlaps("late")
@@ -77,7 +77,7 @@ FIXED = '<body name="{}" pos="{}"><geom type="box" size=".5 .5 .5"/></body>'
     ],
     ids=["on the floor", "in the floor", "on a table", "in a table", "leaning", "beside", "within"],
 )
-def test_a_robot_touches_all_but_what_carries_it(
+def test_a_robot_touches_all_bodies_but_its_support(
     project: Project, things: list[tuple[str, str]], height: float, touched: dict[str, tuple[str, float]]
 ) -> None:
     """The cart's box is 0.4 m long, 0.3 m wide and 0.1 m high; only its base is near anything."""

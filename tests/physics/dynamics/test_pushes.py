@@ -31,7 +31,7 @@ def test_the_impulse_of_a_push_is_force_times_duration(duration: float, force: V
     assert state.angular_velocity == pytest.approx((0, 0, 0), abs=1e-12)
 
 
-def test_pushes_add_up_and_those_beside_the_centre_of_mass_turn(project: Project) -> None:
+def test_pushes_add_up_and_a_push_beside_the_centre_of_mass_turns_the_body(project: Project) -> None:
     simulation = world(project, BALL, options=SPACE).simulation
     simulation.entities.push("ball", (4, 0, 0), 0.1, (5, 0.1, 1))
     simulation.entities.push("ball", (0, 2, 0), 0.1)
@@ -44,7 +44,7 @@ def test_pushes_add_up_and_those_beside_the_centre_of_mass_turn(project: Project
     assert not simulation.data.xfrc_applied.any()
 
 
-def test_a_push_wakes_what_sleeps_with_its_whole_impulse(project: Project) -> None:
+def test_a_push_wakes_a_sleeping_body_and_transfers_its_whole_impulse(project: Project) -> None:
     ice = '<body name="puck" pos="5 0 .05"><freejoint/><geom type="box" size=".1 .1 .05" mass="2" friction="0 0 0"/></body>'
     simulation = world(project, ice, options='<option><flag sleep="enable"/></option>').simulation
     for geom in range(simulation.model.ngeom):

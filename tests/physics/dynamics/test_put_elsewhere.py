@@ -30,7 +30,7 @@ def test_a_robot_is_put_elsewhere_with_its_joints_as_they_are(project: Project) 
     assert plate == pytest.approx((3 + 0.0, 4 + 0.1 + 0.3 * math.sin(0.5), 0.6 + 0.3 * math.cos(0.5)))
 
 
-def test_a_robot_whose_base_is_a_frame_on_what_moves_goes_where_its_prim_is_wanted(ship: Ship) -> None:
+def test_a_robot_whose_base_is_a_frame_is_placed_at_the_requested_pose_of_its_prim(ship: Ship) -> None:
     simulation = ship("dd100_flat.yaml").simulation
     simulation.entities.place("dd100", Move((2, -1, 0.1), (0, 0, 1, 0), (0.5, 0, 0), (0.1, 0.2, 0.3)))
     state = simulation.entities.state("dd100")
@@ -39,7 +39,7 @@ def test_a_robot_whose_base_is_a_frame_on_what_moves_goes_where_its_prim_is_want
     assert state.angular_velocity == pytest.approx((0.1, 0.2, 0.3))
 
 
-def test_what_is_put_elsewhere_rests_there_unless_told_otherwise(project: Project) -> None:
+def test_a_placed_body_rests_at_its_new_pose_unless_a_velocity_is_given(project: Project) -> None:
     simulation = world(project, BALL).simulation
     run(simulation, 0.2)
     simulation.entities.place("ball", Move((0, 5, 2)))
@@ -57,7 +57,7 @@ def test_to_be_put_elsewhere_is_no_motion_to_an_inertial_unit(project: Project) 
     assert unit.sample().linear_acceleration == pytest.approx((0, 0, 0), abs=1e-9)
 
 
-def test_nor_is_it_to_that_of_an_arm_which_is_bolted_to_the_world(project: Project) -> None:
+def test_placing_an_arm_that_is_bolted_to_the_world_is_no_shock_for_its_imu(project: Project) -> None:
     project.write("bot.yaml", ROBOT + "fixed_base: true\n" + IMU)
     simulation = world(project).simulation
     unit = simulation.device(InertialUnit, simulation.stage.find("/bot/base_link/unit"))
@@ -69,7 +69,7 @@ def test_nor_is_it_to_that_of_an_arm_which_is_bolted_to_the_world(project: Proje
 
 
 @pytest.mark.parametrize("sleep", ["auto", "init"])
-def test_what_is_bolted_to_the_world_is_moved_with_what_stands_on_it_falling(project: Project, sleep: str) -> None:
+def test_moving_a_bolted_body_lets_the_bodies_on_it_fall(project: Project, sleep: str) -> None:
     table = '<body name="table" pos="2 0 .5"><geom type="box" size=".2 .2 .5"/></body>'
     cup = f'<body name="cup" pos="2 0 1.05" sleep="{sleep}"><freejoint/><geom type="box" size=".05 .05 .05"/></body>'
     simulation = world(project, table, cup, options='<option><flag sleep="enable"/></option>').simulation
@@ -82,7 +82,7 @@ def test_what_is_bolted_to_the_world_is_moved_with_what_stands_on_it_falling(pro
     assert simulation.entities.state("cup").position == pytest.approx((2, 0, 0.05), abs=2e-3)
 
 
-def test_what_lies_on_a_thing_that_is_taken_away_falls_even_from_sleep(project: Project) -> None:
+def test_a_sleeping_body_falls_when_its_support_is_moved_away(project: Project) -> None:
     boxes = "".join(
         f'<body name="{name}" pos="2 0 {z}"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
         for name, z in (("lower", 0.1), ("upper", 0.3))
@@ -128,7 +128,7 @@ def hold_ball(simulation: Simulation) -> None:
     ball.place((0, 5, 2), (0, 0, 0, 1))
 
 
-def test_a_body_that_is_held_is_let_go_when_it_is_put_elsewhere(project: Project) -> None:
+def test_placing_a_held_body_elsewhere_ends_the_hold(project: Project) -> None:
     loaded = world(project, BALL)
     hold_ball(loaded.simulation)
     loaded.simulation.entities.place("ball", Move((0, 7, 2)))
@@ -136,7 +136,7 @@ def test_a_body_that_is_held_is_let_go_when_it_is_put_elsewhere(project: Project
     assert loaded.simulation.entities.state("ball").linear_velocity[2] == pytest.approx(-0.981)
 
 
-def test_a_body_that_is_held_stays_so_when_a_shelf_is_moved(project: Project) -> None:
+def test_a_held_body_stays_held_when_a_shelf_is_moved(project: Project) -> None:
     simulation = world(project, BALL, SHELF).simulation
     loose = simulation.model.dof_armature.copy()
     hold_ball(simulation)
@@ -149,7 +149,7 @@ def test_a_body_that_is_held_stays_so_when_a_shelf_is_moved(project: Project) ->
     assert simulation.model.dof_armature.tolist() == loose.tolist()
 
 
-def test_a_shelf_that_physics_does_not_want_there_stays_where_it_was(
+def test_a_shelf_stays_where_it_was_if_physics_refuses_its_new_pose(
     project: Project, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     loaded = world(project, SHELF)
@@ -197,7 +197,7 @@ def test_reset_puts_everything_back_bit_by_bit(project: Project) -> None:
         ("door", {"position": (0, 0, 0)}, "it is attached to joint 'hinge' of the world"),
     ],
 )
-def test_what_cannot_be_placed_so_stays_where_it_is(
+def test_a_body_that_cannot_be_placed_stays_where_it_is(
     project: Project, name: str, arguments: dict[str, tuple[float, ...]], words: str
 ) -> None:
     simulation = world(project, BALL, SHELF, DOOR).simulation

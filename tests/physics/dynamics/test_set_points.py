@@ -57,7 +57,7 @@ def test_a_target_within_a_tick_is_reached_at_the_end_of_that_tick(project: Proj
     assert [position for position, _ in steps(simulation, 3)] == pytest.approx([0.2, 0.4, 0.4])
 
 
-def test_a_start_is_a_set_point_that_nothing_has_to_move_to(project: Project) -> None:
+def test_the_start_position_is_the_first_set_point(project: Project) -> None:
     keys = "joints: {arm_joint: {start: 0.3, drive: {stiffness: 50, damping: 5, interpolate: true}}}"
     simulation, _ = project.robot(keys).load_joints()
     assert [position for position, _ in steps(simulation, 2)] == [0.3, 0.3]

@@ -79,7 +79,7 @@ def test_a_reset_and_a_checkpoint_return_to_the_held_arm(held: tuple[Simulation,
         assert strays(*held) < 1e-3
 
 
-def test_robots_that_are_added_and_those_beside_them_stay_where_their_drives_hold_them(project: Project) -> None:
+def test_added_robots_and_their_neighbours_stay_where_their_drives_hold_them(project: Project) -> None:
     world = project.robot(HELD).scene("settle: true\n").load()
     simulation = world.simulation
     joints = simulation.articulation(simulation.stage.find("/bot"))

@@ -75,7 +75,7 @@ def test_a_leaning_object_is_held_by_both_supports() -> None:
     assert torque == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
 
 
-def test_to_ask_changes_nothing() -> None:
+def test_reading_wrenches_does_not_change_the_motion() -> None:
     asked, left_alone = robot(CANTILEVER, "shoulder", "elbow"), robot(CANTILEVER, "shoulder", "elbow")
     for joints in (asked, left_alone):
         joints._simulation.data.qvel[:] = [1.0, -2.0]

@@ -36,7 +36,7 @@ def test_a_body_that_is_called_like_a_robot_goes_by_its_path(project: Project) -
     assert loaded.simulation.entities.state("/World/bot") == loaded.simulation.entities.state("World/bot")
 
 
-def test_nobody_comes_by_the_name_of_a_thing_that_is_there(project: Project) -> None:
+def test_a_robot_cannot_be_added_with_the_name_of_another_entity(project: Project) -> None:
     loaded = world(project, BALL)
     with pytest.raises(CheckError, match="'ball' is taken"):
         add(loaded, "ball")
@@ -58,7 +58,7 @@ def test_an_object_in_free_fall_accelerates_with_gravity_and_one_at_rest_does_no
     assert simulation.entities.state("ball").linear_acceleration == pytest.approx((0, 0, 0), abs=1e-3)
 
 
-def test_a_thing_that_turns_accelerates_towards_its_axis_alone(project: Project) -> None:
+def test_a_turning_body_accelerates_towards_its_axis_only(project: Project) -> None:
     """The geom hangs 0.5 m beside the body's origin, which so goes round it: w^2 r."""
     simulation = world(project, BALL.replace("<geom ", '<geom pos=".5 0 0" '), options=SPACE).simulation
     of_the_origin = (0, -1.5, 0)  # so that the centre rests

@@ -49,7 +49,7 @@ def numbers(poses: list[Pose]) -> list[float]:
     return [number for position, orientation in poses for number in (*position, *orientation)]
 
 
-def test_the_tutorials_step_passes_and_makes_chassis_link_what_moves(ship: Ship) -> None:
+def test_the_step_of_the_tutorial_makes_chassis_link_the_moving_link(ship: Ship) -> None:
     # "Disable all joints except front_left_wheel_joint, front_right_wheel_joint, and rear_caster_joint"
     world = ship("tutorial/flat_grid.yaml")
     robot, model = world.stage.find("/dd100"), world.simulation.model
@@ -65,7 +65,7 @@ def test_the_tutorials_step_passes_and_makes_chassis_link_what_moves(ship: Ship)
     assert robot.facts["articulation_root"] == "/dd100/Geometry/base_link/chassis_link"
 
 
-def test_what_all_mass_hangs_on_moves_freely_and_is_the_articulation_root(raised: Project) -> None:
+def test_the_link_that_carries_all_mass_moves_freely_and_is_the_articulation_root(raised: Project) -> None:
     before = raised.load()
     assert before.stage.find("/bot").facts["articulation_root"] == "/bot/Geometry/footprint"
     world, findings = raised.write("bot.yaml", DISABLED).load_with_findings()
@@ -82,7 +82,7 @@ def test_what_all_mass_hangs_on_moves_freely_and_is_the_articulation_root(raised
     assert note.help == ("it is the articulation root, as the robot file names none",)
 
 
-def test_the_deepest_of_several_such_joints_counts_and_a_named_root_stays(raised: Project) -> None:
+def test_the_deepest_of_several_disabled_joints_decides_and_a_named_root_stays(raised: Project) -> None:
     raised.write("bot.yaml", RAISED_ROBOT + "articulation_root: base_link\nkeep_only_joints: [probe_joint]\n")
     world, findings = raised.load_with_findings()
     model = world.simulation.model
@@ -110,7 +110,7 @@ def test_all_frames_are_where_they_would_be_with_the_joint_enabled_and_stay_toge
     assert one[0] == pytest.approx(other[0], abs=0.05)
 
 
-def test_what_a_fixed_base_holds_would_fall_off(raised: Project) -> None:
+def test_disabling_a_joint_that_a_fixed_base_holds_is_an_error(raised: Project) -> None:
     raised.write("bot.yaml", DISABLED + "fixed_base: true\n")
     assert (
         "joint 'chassis_joint' cannot be disabled: it holds 'chassis' (5.01 kg), which would fall off" in raised.error()
@@ -121,7 +121,7 @@ def test_what_a_fixed_base_holds_would_fall_off(raised: Project) -> None:
     assert world.stage.find("/bot").facts["articulation_root"] == "/bot/Geometry/footprint"
 
 
-def test_what_weighs_next_to_nothing_stays_and_is_told(raised: Project) -> None:
+def test_a_nearly_massless_link_stays_fixed_and_a_note_says_so(raised: Project) -> None:
     # the probe has 0.2 % of the mass; with 2 % it would fall off
     raised.write("bot.yaml", RAISED_ROBOT + "joints: {probe_joint: {enabled: false}}\n")
     world, findings = raised.load_with_findings()
@@ -134,7 +134,9 @@ def test_what_weighs_next_to_nothing_stays_and_is_told(raised: Project) -> None:
 
 
 @pytest.mark.parametrize("kind", ["revolute", "fixed"])
-def test_what_would_fall_off_is_an_error_unless_it_is_welded(project: Project, kind: str) -> None:
+def test_disabling_a_joint_that_carries_mass_is_an_error_unless_the_joint_is_welded(
+    project: Project, kind: str
+) -> None:
     project.cart('type="revolute"', f'type="{kind}"').robot("joints: {arm_joint: {enabled: false}}")
     verb = "moves" if kind == "revolute" else "holds"
     error = project.error()
@@ -152,7 +154,7 @@ def test_what_would_fall_off_is_an_error_unless_it_is_welded(project: Project, k
     assert findings.items[0].message.startswith(note)
 
 
-def test_a_drive_on_a_welded_joint_has_nothing_to_do(project: Project) -> None:
+def test_a_drive_on_a_welded_joint_is_left_out(project: Project) -> None:
     joint = "{enabled: false, weld: true, drive: {damping: 10, target_velocity: 5}, armature: 1}"
     world = project.robot(f"joints: {{arm_joint: {joint}}}").load()
     assert world.simulation.model.nu == 0

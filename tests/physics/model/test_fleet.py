@@ -63,7 +63,7 @@ def test_a_namespace_of_a_single_robot_may_be_a_pattern_too(project: Project) ->
     assert project.load().stage.namespaces("/bot/base_link") == ["bot"]
 
 
-def test_what_is_resolved_about_a_robot_file_is_told_once(project: Project) -> None:
+def test_notes_on_a_robot_file_are_given_once_for_all_its_robots(project: Project) -> None:
     project.robot("materials:\n  Rubber: {bind: [base_link]}")
     fleet(project, "{use: bot.yaml, count: 4, spacing: [2, 2]}")
     assert sum("Rubber" in finding.message for finding in project.try_load()[1].items) == 1

@@ -44,7 +44,7 @@ def ranges(world: LoadedWorld, robot: str, rays: RaysChoice = "auto") -> NDArray
 
 
 @either_rays
-def test_the_rays_of_other_robots_meet_it_and_its_own_pass_through(project: Project, rays: RaysChoice) -> None:
+def test_rays_of_other_robots_hit_a_housing_and_the_own_rays_pass_through(project: Project, rays: RaysChoice) -> None:
     world = two_carts(project)
     seen, back = ranges(world, "bot", rays), ranges(world, "other", rays)
     assert seen[AHEAD] == pytest.approx(3.0 + 0.1 - 0.2, abs=1e-6)
@@ -63,13 +63,13 @@ def test_its_name_is_the_robots_wherever_the_robots_prim_is(project: Project) ->
     assert world.simulation.model.body(housing_of(mount)).id > 0
 
 
-def test_it_stands_as_the_sensor_does(project: Project) -> None:
+def test_a_housing_has_the_pose_of_its_sensor(project: Project) -> None:
     world = two_carts(project, ", orientation: {rpy_deg: [0, 0, 90]}")
     left = ranges(world, "bot")[90]  # the beam to the sensor's right, which is ahead of the robot
     assert left == pytest.approx(3.0 - 0.1, abs=1e-6)  # what was its length is across now
 
 
-def test_a_cylinder_is_as_wide_as_it_says_and_stands_upright(project: Project) -> None:
+def test_a_cylinder_has_its_stated_width_and_stands_upright(project: Project) -> None:
     cylinder = "appearance:\n  - {shape: cylinder, size: [0.3, 0.3, 0.02], colour: [0, 0, 0]}\n"
     world = two_carts(project, appearance=cylinder)
     assert ranges(world, "bot")[AHEAD] == pytest.approx(3.0 - 0.15, abs=1e-6)
@@ -95,7 +95,7 @@ def crash(project: Project, appearance: str) -> tuple[Simulation, NDArray[np.flo
     return simulation, np.array(states)
 
 
-def test_it_weighs_nothing_and_touches_nothing_and_all_moves_the_same_to_the_last_bit(project: Project) -> None:
+def test_a_housing_without_mass_and_collisions_does_not_change_the_motion_to_the_last_bit(project: Project) -> None:
     (bare, expected), (dressed, states) = crash(project, ""), crash(project, APPEARANCE)
     assert dressed.model.nbody == bare.model.nbody + 1
     assert dressed.model.body("bot/Geometry/base_link/chassis_link/sim_lidar").mass == 0.0
@@ -105,7 +105,7 @@ def test_it_weighs_nothing_and_touches_nothing_and_all_moves_the_same_to_the_las
     assert expected.tobytes() == states.tobytes()
 
 
-def test_who_comes_is_seen_until_it_goes(project: Project) -> None:
+def test_lidars_see_an_added_robot_until_its_removal(project: Project) -> None:
     world = two_carts(project)
     guest = RobotUse.model_validate({"use": "bot.yaml", "position": [0.0, 3.0, 0.1]})
     left, lidar = 270, world.simulation.device(RayLidar, world.stage.find("/bot/base_link/eye/Lidar"))

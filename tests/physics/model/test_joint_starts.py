@@ -94,7 +94,7 @@ def test_the_scene_overrides_the_robot_file_for_one_robot(project: Project) -> N
     assert starts == {"bot": [0.5], "other": [-0.25]}
 
 
-def test_a_robot_that_is_added_later_starts_so_too_and_the_others_stay(project: Project) -> None:
+def test_a_robot_added_later_gets_its_start_positions_and_other_robots_do_not_move(project: Project) -> None:
     world = project.robot(f"joints: {{arm_joint: {{start: 0.5, {HELD}}}}}").load()
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(positions=[-0.5])
@@ -124,7 +124,7 @@ def test_a_follower_starts_where_its_leader_puts_it(project: Project) -> None:
         ("plate_joint: {limits: [0, 1]}", "joint 'plate_joint' is fixed and cannot have limits"),
     ],
 )
-def test_what_a_joint_cannot_have_is_refused_where_it_stands(project: Project, joint: str, told: str) -> None:
+def test_an_illegal_start_position_is_an_error_at_its_line(project: Project, joint: str, told: str) -> None:
     assert told in project.robot(f"joints: {{{joint}}}").error()
 
 

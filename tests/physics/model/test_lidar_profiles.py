@@ -132,7 +132,7 @@ UPWARDS = "rings: rings must be in ascending order"
         ),
     ],
 )
-def test_a_bad_profile_is_told_where_it_is_bad(project: Project, old: str, new: str, error: str) -> None:
+def test_an_error_in_a_profile_names_the_line_of_the_profile(project: Project, old: str, new: str, error: str) -> None:
     assert old in PROFILE
     project.write("bot.yaml", ROBOT % "").write("sensors/mine.yaml", PROFILE.replace(old, new))
     assert project.error().startswith(f"sensors/mine.yaml:{error}")

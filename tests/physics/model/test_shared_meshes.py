@@ -85,7 +85,7 @@ def test_a_shared_mesh_looks_like_a_copy(project: Project) -> None:
 
 
 @pytest.mark.parametrize("gone", list(PLACES))
-def test_who_comes_shares_the_mesh_and_who_goes_leaves_it_to_the_others(project: Project, gone: str) -> None:
+def test_added_robots_share_meshes_and_removed_robots_leave_them(project: Project, gone: str) -> None:
     worlds = robots(project, own=False), robots(project, own=True)
     for world, kind in zip(worlds, ("one", gone), strict=True):
         world.add("fourth", RobotUse(use=f"{kind}.yaml", position=(2.0, 2.0, 0.3)))

@@ -72,7 +72,7 @@ def refused(project: Project, world: str = WORLD, **request: Any) -> str:
     ],
     ids=["table", "wall", "poster", "robot", "crate", "cart", "paint", "what nothing sees"],
 )
-def test_what_stands_still_is_an_obstacle(project: Project, place: tuple[float, float], expected: int) -> None:
+def test_fixed_bodies_are_obstacles(project: Project, place: tuple[float, float], expected: int) -> None:
     assert state(mapped(project), *place) == expected
 
 
@@ -94,7 +94,7 @@ def test_a_selection_is_covered_and_no_more(project: Project) -> None:
     assert (grid.west, grid.south, grid.east, grid.north) == pytest.approx((-0.7, 0.3, 0.7, 0.7), abs=1e-12)
 
 
-def test_what_cannot_be_reached_is_unknown(project: Project) -> None:
+def test_unreachable_cells_are_unknown(project: Project) -> None:
     chart = mapped(project, bounds=((-2.0, -2.0), (2.0, 2.0)))
     inside = np.zeros((40, 40), np.bool_)
     inside[10:30, 10:30] = True
@@ -114,7 +114,7 @@ def test_free_begins_where_the_first_robot_stands(project: Project) -> None:
     assert (state(without, -1.9, 1.9), state(without, 0.0, 0.0)) == (UNKNOWN, FREE)
 
 
-def test_robots_and_what_can_move_are_obstacles_when_asked_for(project: Project) -> None:
+def test_robots_and_movable_bodies_are_obstacles_on_request(project: Project) -> None:
     chart = mapped(project, include=["/bot", "/World/crate"], seeds=[(0.0, -0.9)], window=(0.1, 0.3))
     assert [state(chart, *place) for place in ((0.0, 0.0), (-0.5, 0.5), (-0.5, -0.5))] == [OCCUPIED, OCCUPIED, FREE]
     chart = mapped(project, exclude=["/World/table"])
@@ -130,7 +130,7 @@ def test_a_robot_that_stands_fast_is_left_out_as_well(project: Project) -> None:
     assert state(mapped(project, window=window, include=["/bot"], seeds=[(0.0, 0.5)]), 0.0, 0.0) == OCCUPIED
 
 
-def test_the_map_of_the_warehouse_is_what_mujoco_says_of_its_cells(ship: Ship) -> None:
+def test_the_map_of_the_warehouse_agrees_with_mujocos_contacts_in_each_cell(ship: Ship) -> None:
     world = ship("dd100_warehouse.yaml")
     chart = make_map(world, MapRequest(window=(0.2, 0.62), cell=0.05))
     occupied = np.pad(chart.cells == OCCUPIED, 1)

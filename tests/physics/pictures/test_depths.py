@@ -87,7 +87,7 @@ def test_the_clip_range_is_exact(distance: float, margin: float) -> None:
 
 
 @needs_opengl
-def test_an_object_nearer_than_the_clip_range_hides_those_behind_it() -> None:
+def test_an_object_nearer_than_the_clip_range_hides_the_objects_behind_it() -> None:
     parts = '<geom type="box" size=".1 .1 2" pos=".4 0 1"/><geom type="box" size=".1 9 9" pos="3.1 0 1"/>'
     depth = camera_of(simulation_of(parts, clip=(0.6, 6.0))).picture().depth
     assert np.isinf(depth[24, 32])

@@ -39,7 +39,7 @@ def test_without_opengl_the_packages_to_install_are_named() -> None:
 
 
 @pytest.mark.usefixtures("no_libraries")
-def test_without_opengl_everything_but_pictures_works() -> None:
+def test_without_opengl_all_sensors_but_cameras_work() -> None:
     simulation, camera = filming(ROOM)
     simulation.begin_tick(1)
     assert camera.due

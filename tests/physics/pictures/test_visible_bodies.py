@@ -35,7 +35,7 @@ MODEL = mujoco.MjModel.from_xml_string("""
 """)
 
 
-def test_shapes_are_those_that_pictures_show_in_the_frames_of_their_bodies() -> None:
+def test_visible_shapes_equal_the_shapes_in_images_in_the_frames_of_their_bodies() -> None:
     bodies = visible_bodies(MODEL)
     assert bodies.names == ["world", "crate", "pillar", "held"]
     assert bodies.moving == [False, True, False, True]
@@ -51,7 +51,7 @@ def test_shapes_are_those_that_pictures_show_in_the_frames_of_their_bodies() -> 
     assert box.colour == pytest.approx((0.5, 0.6, 0.7, 1.0))
 
 
-def test_a_mesh_is_told_once_with_its_vertices_and_triangles() -> None:
+def test_a_shared_mesh_is_returned_once_with_its_vertices_and_triangles() -> None:
     bodies = visible_bodies(MODEL)
     assert [shape.mesh for shape in bodies.shapes if shape.mesh] == ["wedge"]
     vertices, faces = bodies.surfaces["wedge"]
@@ -76,7 +76,7 @@ def test_a_height_field_is_a_mesh_with_its_terrain_and_its_sides() -> None:
     assert vertices.max(axis=0).tolist() == pytest.approx([2.0, 1.0, 0.5])
 
 
-def test_poses_are_those_of_the_bodies_with_the_scalar_last() -> None:
+def test_poses_have_position_and_quaternion_with_the_scalar_last() -> None:
     with session("dd100_flat") as sim:
         sim.move("dd100", position=(1.0, 2.0), orientation=(0.0, 0.0, math.sin(0.25), math.cos(0.25)))
         sim.step()
@@ -109,7 +109,7 @@ def textured(shapes: str, folder: Path) -> mujoco.MjModel:
 </mujoco>""")
 
 
-def test_a_texture_is_told_once_with_its_upper_row_first(tmp_path: Path) -> None:
+def test_a_shared_texture_is_returned_once_with_its_upper_row_first(tmp_path: Path) -> None:
     plane = '<geom type="plane" size="3 2 1" material="{}"/>'
     bodies = visible_bodies(textured(plane.format("tiled") + plane.format("stretched"), tmp_path))
     (texture,) = bodies.textures.values()

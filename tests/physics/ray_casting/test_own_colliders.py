@@ -87,7 +87,7 @@ def test_a_sensor_on_a_link_without_shapes_sees_the_link_to_which_that_is_fixed(
 
 @either_rays
 @pytest.mark.parametrize(("own", "distance"), [("0.05", 3.0), ("0.25", 0.23)])
-def test_own_colliders_nearer_than_the_least_distance_are_passed_through_and_foreign_ones_are_not(
+def test_rays_pass_through_near_colliders_of_the_own_robot_but_hit_near_foreign_colliders(
     project: Project, rays: RaysChoice, own: str, distance: float
 ) -> None:
     mast = MAST.replace('xyz="0 0 0.3"', f'xyz="{float(own) - 0.3} 0 0.3"')

@@ -150,7 +150,7 @@ def jumble(generator: np.random.Generator, count: int = 25) -> World:
 @needs_numba
 @settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_every_shape_is_met_where_mj_ray_meets_it_from_outside_and_from_inside(seed: int) -> None:
+def test_rays_hit_every_shape_where_mj_ray_does_from_outside_and_inside(seed: int) -> None:
     generator = np.random.default_rng(seed)
     model, data = world = jumble(generator)
     directions = sphere(8, 20)
@@ -372,7 +372,7 @@ def test_a_long_compilation_is_announced(
 
 
 @needs_numba
-def test_once_rays_are_chosen_nothing_is_left_to_compile() -> None:
+def test_after_rays_are_selected_a_cast_compiles_no_kernel() -> None:
     from graphengine.physics.ray_casting.fast import kernel, table, tree
 
     seeing = caster(jumble(np.random.default_rng(1)), "fast", fan(10))

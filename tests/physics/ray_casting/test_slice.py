@@ -41,7 +41,7 @@ def turned(yaw: float, pitch: float) -> np.ndarray:
     return turned
 
 
-def test_a_slice_gives_the_same_distances_and_geoms_wherever_it_serves(
+def test_a_slice_gives_the_same_distances_and_geoms_as_the_whole_model(
     warehouse: tuple[mujoco.MjModel, mujoco.MjData],
 ) -> None:
     model, data = warehouse

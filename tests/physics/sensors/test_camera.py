@@ -111,7 +111,7 @@ def test_all_readers_get_the_same_picture_and_it_is_drawn_once(monkeypatch: pyte
     assert not first.depth.flags.writeable
 
 
-def test_an_image_that_nobody_takes_in_its_tick_is_dropped() -> None:
+def test_an_image_not_collected_in_its_tick_is_dropped() -> None:
     simulation, camera = filming(FALLING)
     simulation.begin_tick(2)
     camera.request()
@@ -300,7 +300,7 @@ def test_a_simulation_that_is_closed_or_forgotten_leaves_no_thread() -> None:
     assert gone() is None
 
 
-def test_nothing_is_drawn_and_no_thread_begun_where_nobody_asks() -> None:
+def test_without_a_request_no_image_is_rendered_and_no_thread_is_started() -> None:
     before = drawing_threads()
     simulation, camera = filming(FALLING)
     for tick in range(1, 10):

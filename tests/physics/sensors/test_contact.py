@@ -44,7 +44,7 @@ def tick(sensor: BodyContactSensor, count: int = 1) -> float:
     return sensor.reading().force
 
 
-def test_in_the_air_it_feels_nothing_and_at_rest_the_bodys_weight() -> None:
+def test_a_contact_sensor_reads_0_in_the_air_and_the_bodys_weight_at_rest() -> None:
     sensor = sensing(BALL.format(height=0.3))
     tick(sensor)
     assert (sensor.reading().in_contact, sensor.reading().force, sensor.reading().time) == (False, 0.0, 1 / 60)
@@ -92,7 +92,7 @@ def test_graphs_of_physics_steps_get_the_force_of_each_step() -> None:
 
 
 @pytest.mark.parametrize(("body", "weight"), [("it", 0.0), ("foot", 3 * G)])
-def test_contacts_of_another_body_fixed_to_it_are_not_felt(body: str, weight: float) -> None:
+def test_contacts_of_another_body_fixed_to_the_sensors_body_do_not_count(body: str, weight: float) -> None:
     legged = """
       <body name="it" pos="0 0 .5"><freejoint/><geom type="box" size=".1 .1 .1" mass="1"/>
         <body name="foot" pos="0 0 -.4"><geom type="box" size=".1 .1 .1" mass="2"/></body></body>
@@ -118,7 +118,7 @@ def test_with_a_radius_only_contacts_near_the_sensor_are_felt() -> None:
     assert tick(sensing(plank, position=(1.0, 0.0, -0.05)), 60) == pytest.approx(2 * G, rel=1e-3)
 
 
-def test_after_a_reset_nothing_is_felt_until_it_is_the_same_again() -> None:
+def test_a_contact_sensor_reads_zero_after_a_reset_and_then_repeats_its_readings() -> None:
     sensor = sensing(BALL.format(height=0.1))
     first = [tick(sensor) for _ in range(5)]
     sensor._simulation.reset()

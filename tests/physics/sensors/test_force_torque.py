@@ -81,7 +81,7 @@ def test_the_parent_exerts_the_opposite_wrench(project: Project) -> None:
 
 
 @pytest.mark.parametrize("axes", ["sensor", "parent"])
-def test_axes_are_those_of_the_sensor_or_of_the_parent_link(project: Project, axes: str) -> None:
+def test_a_wrench_has_the_axes_of_the_sensor_or_of_the_parent_link(project: Project, axes: str) -> None:
     """The tool is turned on the base, and the base in the world."""
     turn, tilt = (0.3, -0.4, 0.5), (0.0, math.radians(25.0), 0.0)
     project.write(
@@ -107,7 +107,7 @@ def test_the_torque_is_about_the_origin_of_the_sensor(project: Project) -> None:
     assert torque == pytest.approx(moment(arm, WEIGHT), abs=1e-9)
 
 
-def test_a_frame_without_mass_bears_what_is_fixed_to_it(project: Project) -> None:
+def test_a_frame_without_mass_bears_the_weight_of_links_fixed_to_it(project: Project) -> None:
     parts = link("base_link", 1.0), link("flange"), link("tool", MASS, ARM)
     chain = joint("fixed", "base_link", "flange"), joint("fixed", "flange", "tool", 'xyz="0 0 .5"')
     force, torque = measured(sensor(project, *parts, *chain, parent="flange"))

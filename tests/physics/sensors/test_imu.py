@@ -85,12 +85,12 @@ def test_at_rest_an_accelerometer_reads_9_81_upwards() -> None:
     assert sample.orientation == pytest.approx(turn, abs=1e-6)
 
 
-def test_in_free_fall_it_reads_0_however_the_body_tumbles() -> None:
+def test_an_imu_in_free_fall_reads_0_on_a_tumbling_body() -> None:
     imu = moving(carried(FREE.format(height=100, shape="ellipsoid")), 1.0, -2.0, 3.0, 0.5, 4.0, -0.3)
     tick(imu, 30, lambda: np.testing.assert_allclose(accelerometer(imu.sample()), 0.0, atol=1e-9))
 
 
-def test_it_feels_the_gravity_that_there_is_and_after_a_reset_that_of_the_start() -> None:
+def test_an_imu_reads_the_present_gravity_and_after_a_reset_the_initial_gravity() -> None:
     imu = carried(FREE.format(height=100, shape="ellipsoid"))
     tick(imu)
     assert isinstance(imu._simulation, Simulation)
@@ -103,7 +103,7 @@ def test_it_feels_the_gravity_that_there_is_and_after_a_reset_that_of_the_start(
 
 
 @pytest.mark.parametrize("w", [0.5, -2.0, 10.0])
-def test_on_a_turntable_it_reads_w_squared_r_towards_the_axis(w: float) -> None:
+def test_an_imu_on_a_turntable_reads_w_squared_r_towards_the_axis(w: float) -> None:
     imu = moving(carried(TURNTABLE, position=(0.0, 0.4, 0.0), orientation=from_rpy(0.0, 0.0, 0.7)), w)
     tick(imu, 3)
     sample = imu.sample()
@@ -148,7 +148,7 @@ def test_graphs_of_physics_steps_get_the_samples_that_ticks_are_too_slow_for() -
     assert seen == [(0, 1 / 240), (1, 2 / 240), (2, 4 / 240), (3, 6 / 240), (4, 8 / 240)]
 
 
-def test_a_sample_that_nobody_asked_for_in_its_tick_is_still_that_of_its_tick() -> None:
+def test_a_sample_requested_late_has_the_values_of_its_own_tick() -> None:
     asked, late = (carried(TURNTABLE, rate=20.0, acceleration_noise=0.1) for _ in range(2))
     tick(asked, 3)
     then = asked.sample()
@@ -184,7 +184,7 @@ def test_noise_and_bias_come_from_the_profile() -> None:
     assert all(sample.gravity == (0.0, 0.0, G) for sample in samples)
 
 
-def test_after_a_reset_it_is_the_same_again() -> None:
+def test_an_imu_repeats_its_samples_after_a_reset() -> None:
     imu = carried(FREE.format(height=0.3, shape="box"), position=(0.1, 0.0, 0.0), floor=True, acceleration_noise=0.1)
     plays: list[list[ImuSample]] = [[], []]
     for play in plays:
@@ -206,7 +206,7 @@ def test_its_samples_go_on_over_a_model_that_is_compiled_anew() -> None:
     assert accelerometer(imu.sample()) == pytest.approx(accelerometer(same.sample()))
 
 
-def test_before_the_first_step_it_feels_gravity_alone() -> None:
+def test_an_imu_reads_gravity_only_before_the_first_step() -> None:
     turn = from_rpy(0.0, 1.0, 0.0)
     sample = carried(TURNTABLE, orientation=turn, acceleration_noise=1.0).sample()
     assert rotate(turn, sample.gravity) == pytest.approx((0.0, 0.0, G))

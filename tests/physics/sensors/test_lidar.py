@@ -141,7 +141,7 @@ def test_a_sample_is_cast_once_shared_by_all_readers_and_never_overwritten() -> 
     assert scan_at(one, 6).ranges is not first.ranges
 
 
-def test_who_asks_late_gets_this_ticks_view_and_nobody_else_does() -> None:
+def test_a_late_scan_shows_the_present_tick_and_is_not_kept() -> None:
     lidar = room(20.0)
     late = scan_at(lidar, 4)
     assert late.index == 1
@@ -202,7 +202,7 @@ def test_visuals_are_seen_only_where_a_body_has_no_collider(project: Project) ->
 
 
 @either_rays
-def test_where_there_is_nothing_at_all_nothing_returns(rays: RaysChoice) -> None:
+def test_in_an_empty_world_no_ray_returns(rays: RaysChoice) -> None:
     model, stage = mujoco.MjModel.from_xml_string("<mujoco/>"), room(beams=5)._simulation.stage
     scan = Simulation(model, stage, Fraction(60), 1, rays=rays).device(RayLidar, stage.find("/Lidar")).scan()
     assert np.isinf(scan.ranges).all()

@@ -49,7 +49,7 @@ def errors(sensor: NavSatReceiver, count: int) -> Floats:
     return apart
 
 
-def test_without_noise_it_measures_its_own_place() -> None:
+def test_a_receiver_without_noise_measures_its_own_position() -> None:
     reading = receiver().reading()
     assert (reading.time, reading.index) == (1 / 60, 1)
     expected = TangentPlane(*ZURICH).geodetic((10.0, 0.0, 0.0))

@@ -38,7 +38,7 @@ def wall(distance: float, yaw: float = 0.0, pitch: float = 0.0) -> str:
 
 @either_rays
 @pytest.mark.parametrize("distance", [0.101, 0.5, 2.0, 3.999])
-def test_a_wall_ahead_is_as_far_as_it_stands(rays: RaysChoice, distance: float) -> None:
+def test_the_range_of_a_wall_ahead_is_its_distance(rays: RaysChoice, distance: float) -> None:
     reading = looking_at(wall(distance), rays).reading()
     assert (reading.time, reading.index) == (1 / 60, 0)
     assert reading.range == pytest.approx(distance, abs=1e-6)

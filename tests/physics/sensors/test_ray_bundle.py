@@ -148,7 +148,7 @@ def test_all_beams_of_a_curtain_are_broken_by_a_cube(rays: RaysChoice) -> None:
     np.testing.assert_allclose(reading.ends, [(1, 0, z) for z in heights], atol=1e-9)
 
 
-def test_a_low_thing_breaks_the_lower_beams() -> None:
+def test_a_low_box_breaks_the_lower_beams() -> None:
     reading = beams('<geom type="box" size=".1 .1 .25" pos="1 0 0"/>', num_rays=5, curtain_length=0.5, max_range=3.0)
     assert reading.hits.tolist() == [True, True, True, False, False]
     assert reading.depths == pytest.approx([0.9, 0.9, 0.9, 3.0, 3.0])

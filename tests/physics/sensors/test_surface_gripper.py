@@ -89,7 +89,7 @@ CLOSED: tuple[str, list[str]] = ("Closed", ["/World/box"])
 OPEN: tuple[str, list[str]] = ("Open", [])
 
 
-def test_it_closes_opens_and_closes_again(project: Project) -> None:
+def test_a_gripper_closes_opens_and_closes_again(project: Project) -> None:
     bench = Bench(project)
     bench.go(TOUCHING)
     for _ in range(2):
@@ -100,7 +100,7 @@ def test_it_closes_opens_and_closes_again(project: Project) -> None:
         assert bench.holds == OPEN
 
 
-def test_what_is_farther_than_its_reach_is_not_gripped(project: Project) -> None:
+def test_a_body_beyond_the_reach_is_not_gripped(project: Project) -> None:
     bench = Bench(project)
     bench.go(ABOVE)
     bench.gripper.close()
@@ -110,7 +110,7 @@ def test_what_is_farther_than_its_reach_is_not_gripped(project: Project) -> None
     assert Bench(project, max_grip_distance=0.02).lifted().holds == CLOSED
 
 
-def test_it_tries_for_its_retry_interval(project: Project) -> None:
+def test_a_gripper_tries_to_grip_for_its_retry_interval(project: Project) -> None:
     bench = Bench(project, retry_interval=1.0)
     bench.go(ABOVE)
     bench.gripper.close()
@@ -184,7 +184,7 @@ def test_several_points_hold_several_bodies_and_share_the_load(project: Project)
     assert wide.holds == CLOSED  # each carries half of 9.81 N
 
 
-def test_with_a_point_that_reaches_nothing_it_goes_on_closing(project: Project) -> None:
+def test_a_gripper_with_an_empty_point_goes_on_closing(project: Project) -> None:
     bench = Bench(project, points="[[0.0, 0.0, 0.0], [0.0, 0.2, 0.0]]").lifted()
     assert bench.holds == ("Closing", ["/World/box"])
     assert bench.height > 0.3
@@ -221,7 +221,7 @@ def test_a_checkpoint_goes_on_bit_by_bit_whatever_happened_since(project: Projec
     assert ends[0] == ends[1]
 
 
-def test_a_reset_opens_it_and_the_same_follows_again(project: Project) -> None:
+def test_a_reset_opens_the_gripper_and_the_same_motion_follows(project: Project) -> None:
     bench = Bench(project)
     ends = []
     for _ in range(2):

@@ -27,7 +27,9 @@ def where_robot_is(simulation: Simulation, view: str) -> NDArray[np.bool_]:
 
 
 @pytest.mark.parametrize("wall", ["", '<geom type="box" size=".05 2 2" euler="0 0 35" pos=".7 .5 0"/>'])
-def test_a_view_at_an_angle_shows_the_robot_from_where_nothing_hides_it(project: Project, wall: str) -> None:
+def test_the_perspective_view_is_chosen_from_a_direction_in_which_no_body_hides_the_robot(
+    project: Project, wall: str
+) -> None:
     seen = where_robot_is(project.world(wall).load().simulation, "perspective")
     rows, columns = np.nonzero(seen)
     assert 0.04 < seen.mean() < 0.3

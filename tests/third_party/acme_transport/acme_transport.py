@@ -59,7 +59,7 @@ class AcmeTransport(RosNode):
         """A writer on a topic."""
         self._admit(topic)
         end = _Writer(topic, self._remove, self._hub.memory.writer(topic, message_type, qos))
-        self._hub.owners[end.inner.gid] = self._name, self._namespace
+        self._hub.owners[end.inner.endpoint.gid] = self._name, self._namespace
         self._writers.append(end)
         return end
 
@@ -68,7 +68,7 @@ class AcmeTransport(RosNode):
         self._admit(topic)
         end = _Hearing(topic, self._remove, self, deliver)
         end.inner = self._hub.memory.reader(topic, message_type, qos, end.arrive)
-        self._hub.owners[end.inner.gid] = self._name, self._namespace
+        self._hub.owners[end.inner.endpoint.gid] = self._name, self._namespace
         self._readers.append(end)
         return end
 

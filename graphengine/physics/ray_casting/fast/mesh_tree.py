@@ -1,4 +1,4 @@
-"""Builds trees of the triangles of meshes, which rays walk from the nearer to the farther part.
+"""Builds trees of the triangles of meshes. A ray walks a tree from the nearer to the farther child.
 
 The trees are split by the surface area heuristic: the expected number of tests is the smallest where the areas of both parts,
 each times the number of its triangles, have the smallest sum.

@@ -29,7 +29,7 @@ TESTS = 6
 WIDEST = 0.5
 """Rays do not walk the tree of a mesh together if a component of their unit vectors differs by this number or more."""
 SEAM = 1e-12
-"""Fraction by which triangles extend beyond their edges, so that no ray passes between two neighbours."""
+"""Fraction by which triangles extend beyond their edges. It prevents rays from passing between two neighbouring triangles."""
 SLACK = 1e-11
 """Fraction by which the cone around a triangle is wider than the triangle; it exceeds `SEAM` and the rounding errors."""
 

@@ -1,6 +1,6 @@
 """Ray casting with two trees of a model's geoms: one for static and one for moving geoms.
 
-The tree of moving geoms is rebuilt once for all sensors if one of them has moved since the last cast. This takes 0.3 us per geom.
+The tree of moving geoms is rebuilt once for all sensors if a geom has moved since the last cast. This takes 0.3 us per geom.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Finds where a ray hits the surface of a geom. Surfaces are the same as those of `mj_ray`."""
+"""Finds where a ray hits the surface of a geom. The surfaces are the same as in `mj_ray`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import math
 from graphengine.physics.kernels.compiled import part
 from graphengine.physics.ray_casting.fast.directions import TINY, Vector, dot
 from graphengine.physics.ray_casting.fast.table import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
+
+_CLEAR = 1e-9
+"""How far below 0 a discriminant must be for a ray to miss an endless cylinder despite rounding, m2."""
 
 
 @part
@@ -41,7 +44,7 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
 
 @part
 def _first(near: float, far: float) -> float:
-    """Return the smaller of two distances, at which a line enters and leaves a shape, that is not negative; else infinity."""
+    """Return the smaller non-negative one of the distances at which a line enters and leaves a shape; infinity without one."""
     if near >= 0.0:
         return near
     return far if far >= 0.0 else math.inf
@@ -63,7 +66,7 @@ def _box(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _plane(size: Vector, start: Vector, way: Vector) -> float:
-    """Return the distance to the front of a plane, whose `size` limits it unless it is 0; infinity without a hit."""
+    """Return the distance to the front of a plane; infinity without a hit. A `size` of 0 stands for an infinite plane."""
     if way[2] > -TINY or start[2] < 0.0:
         return math.inf
     distance = -start[2] / way[2]
@@ -76,11 +79,16 @@ def _plane(size: Vector, start: Vector, way: Vector) -> float:
 @part
 def _side(size: Vector, start: Vector, way: Vector) -> float:
     """Return the distance along a ray to the round side of a cylinder whose `size` is radius and half height."""
+    distance = _first(*_roots(*_flat(size, start, way)))
+    return distance if abs(start[2] + distance * way[2]) <= size[1] else math.inf
+
+
+@part
+def _flat(size: Vector, start: Vector, way: Vector) -> Vector:
+    """Return the coefficients for `_roots` of a ray and the round side of an endless cylinder; `size` begins with its radius."""
     across = way[0] * way[0] + way[1] * way[1]
     towards = way[0] * start[0] + way[1] * start[1]
-    outside = start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
-    distance = _first(*_roots(across, towards, outside))
-    return distance if abs(start[2] + distance * way[2]) <= size[1] else math.inf
+    return across, towards, start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
 
 
 @part
@@ -97,6 +105,9 @@ def _cylinder(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _capsule(size: Vector, start: Vector, way: Vector) -> float:
+    across, towards, outside = _flat(size, start, way)
+    if towards * towards - across * outside < -_CLEAR:  # far from the endless cylinder that contains the capsule
+        return math.inf
     distance = _side(size, start, way)
     for end in (-1.0, 1.0):
         centre = (start[0], start[1], start[2] - end * size[1])

@@ -28,7 +28,7 @@ GEOM = np.dtype(
 )
 
 MARGIN = 1e-6
-"""Margin of bounding boxes, m; it exceeds rounding errors, so that no ray misses a box that it should hit."""
+"""Margin of bounding boxes, m; it exceeds rounding errors. So no ray misses a box that it should hit."""
 
 
 @kernel

@@ -1,7 +1,7 @@
 """Trees of bounding boxes: a ray that misses a box also misses everything in it.
 
-A tree is an array of nodes in depth-first order. To walk it, a ray needs only an index: if it hits a node's box, it continues
-with the next node, otherwise with the node after the last descendant.
+A tree is an array of nodes in depth-first order. To walk a tree, a ray needs only an index. A ray that hits a node's box
+continues with the next node, any other ray with the node after the last descendant.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def build(tree: Tree, low: Floats, high: Floats, items: Indices) -> None:
         tree: output, 2 n - 1 nodes.
         low: lower corners of the boxes, shape (n, 3).
         high: upper corners of the boxes.
-        items: number that the leaf of each box gets, such as the id of the geom in the box.
+        items: number to store in the leaf of each box, for example the id of the geom in the box.
     """
     order = np.arange(len(items))
     # The larger part waits while the smaller one is built, so there are never more than log2(n).

@@ -1,6 +1,6 @@
 """Wraps the Python package of Eclipse Cyclone DDS: joins a domain as ROS 2 does, converts QoS, and moves encoded messages.
 
-Encoded messages need two private functions of the package, `ddspy_write` and `ddspy_take`; so its version is pinned.
+Encoded messages need two private functions of the package, `ddspy_write` and `ddspy_take`; so the package's version is pinned.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from graphengine.ros.ports import MAX_PARTICIPANT_INDEX
 from graphengine.ros.transports.dds.cyclone_log import LOG
 
 MAX_BLOCKING_MS = 100
-"""Maximum time for which a slow reliable reader can block a write, ms."""
+"""Maximum time that a slow reliable reader can block a write, ms."""
 
 DESCRIPTORS, ADDRESS_SPACE = 24, 400_000_000
 """File descriptors, and bytes of address space, that must be free for a participant; measured use: 10 and 390 MB."""
@@ -38,7 +38,7 @@ DESCRIPTORS, ADDRESS_SPACE = 24, 400_000_000
 TIMEOUT: int = DDSException.DDS_RETCODE_TIMEOUT
 
 READING_POLICIES = threading.Lock()
-"""Lock for reading the QoS policies of a peer: while it reads them, the package uses global variables."""
+"""Lock for reading the QoS policies of a peer, because the package then uses global variables."""
 
 _ANY_STATE = 0x7F
 _TYPE_HASH = re.compile(rb"typehash=(RIHS[0-9A-Fa-f_]+);")
@@ -53,8 +53,7 @@ _FRAGMENT = 14600
 
 def write(entity: Any, data: bytes) -> int:
     """Send a CDR message with a Cyclone DDS writer; return a negative Cyclone error code on failure."""
-    code: int = _clayer.ddspy_write(entity._ref, data)
-    return code
+    return int(_clayer.ddspy_write(entity._ref, data))
 
 
 def take(entity: Any) -> list[tuple[bytes, int]]:
@@ -86,17 +85,17 @@ class Peer(NamedTuple):
 
 
 def writer_of(reader: Any, handle: int) -> Peer:
-    """Return the matched writer with this handle; if the writer is gone, the result has an empty GID."""
+    """Return the matched writer with this handle; a peer with an empty GID if the writer is gone."""
     return _peers([handle], reader.get_matched_publication_data).get(unsigned(handle), Peer(b"", b""))
 
 
 def writers_of(reader: Any) -> dict[int, Peer]:
-    """Return the matched writers of a reader, by handle."""
+    """Return each matched writer of a reader, by the writer's handle."""
     return _peers(reader.get_matched_publications(), reader.get_matched_publication_data)
 
 
 def readers_of(writer: Any) -> dict[int, Peer]:
-    """Return the matched readers of a writer, by handle."""
+    """Return each matched reader of a writer, by the reader's handle."""
     return _peers(writer.get_matched_subscriptions(), writer.get_matched_subscription_data)
 
 
@@ -107,12 +106,12 @@ def _peers(handles: Iterable[int], ask: Callable[[int], Any]) -> dict[int, Peer]
 
 
 def unsigned(handle: int) -> int:
-    """Return a handle as an unsigned number, as in received messages; other functions of the package return it signed."""
+    """Return a handle as an unsigned number, as in received messages; other functions of the package return signed handles."""
     return handle & 0xFFFF_FFFF_FFFF_FFFF
 
 
 def user_data(policies: Qos) -> bytes:
-    """Return the user data in the policies of an endpoint or participant; empty if it has none."""
+    """Return the user data in the policies of an endpoint or participant; empty without user data."""
     policy = policies[Policy.Userdata]
     return bytes(policy.data) if policy else b""
 
@@ -125,7 +124,7 @@ def type_hash(data: bytes) -> str:
 
 def delete(entity: Any) -> None:
     """Delete an entity and all its children from the network; safe to call twice."""
-    # What Python's collector would do, but now: references to the wrapper may linger, as in the traceback of an error.
+    # Python's garbage collector would do this too, but late: a traceback, for example, may keep a reference to the wrapper.
     Entity.__del__(entity)
 
 
@@ -147,13 +146,13 @@ def endpoint_qos(qos: QoS, user_data: str) -> Qos:
         liveliness(lease),
         # ROS 2 reads and writes the first version of XCDR only.
         Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False),
-        # Otherwise a writer that goes takes what late joiners should get, and readers see a disposed instance.
+        # Otherwise a closed writer removes the messages for late joiners, and readers see a disposed instance.
         Policy.WriterDataLifecycle(autodispose=False),
         Policy.Userdata(user_data.encode()),
     ]
     if qos.durability == "transientLocal":
         policies.append(Policy.Durability.TransientLocal)
-        # Cyclone keeps for late joiners what this says, not what the history says.
+        # For late joiners, Cyclone keeps as many messages as this policy says, not as the history says.
         policies.append(Policy.DurabilityService(0, history, _UNLIMITED, _UNLIMITED, _UNLIMITED))
     if qos.deadline:
         policies.append(Policy.Deadline(duration(seconds=qos.deadline)))
@@ -193,7 +192,7 @@ def _seconds(nanoseconds: int) -> float:
 
 @dataclass(slots=True)
 class _Joined:
-    """A DDS domain that this process has joined, and the number of its participants, which share one configuration."""
+    """A DDS domain that this process has joined, with the number of participants; all participants have one configuration."""
 
     domain: Domain
     entity: Any
@@ -208,8 +207,8 @@ def join(domain: Domain, user_data: str) -> Any:
     """Return a new participant in a domain, configured for its discovery range.
 
     Raises:
-        TransportError: Cyclone cannot use the network, file descriptors or memory are too scarce, or this process has joined
-            the domain with another configuration.
+        TransportError: Cyclone cannot use the network, too few file descriptors or too little memory are free, or this process
+            has joined the domain with another configuration.
     """
     with _lock:
         _require_resources(domain)
@@ -230,7 +229,7 @@ def join(domain: Domain, user_data: str) -> Any:
 
 
 def _require_resources(domain: Domain) -> None:
-    """Raise TransportError if file descriptors or memory are too scarce for a participant; Cyclone would end the process."""
+    """Raise TransportError if too few file descriptors or too little memory are free; Cyclone would end the process."""
     if not has_descriptors(DESCRIPTORS):
         remedy = "raise the limit of `ulimit -n`"
         raise TransportError(f"cannot join {domain}: it needs {DESCRIPTORS} more open files\n{remedy}")
@@ -240,7 +239,7 @@ def _require_resources(domain: Domain) -> None:
 
 
 def leave(domain: Domain, participant: Any) -> None:
-    """Delete a participant. With the last participant in a domain, Cyclone also closes its sockets and ends its threads."""
+    """Delete a participant; with the last participant in a domain, Cyclone also closes the domain's sockets and threads."""
     with _lock:
         delete(participant)
         joined = _joined[domain.id]
@@ -259,17 +258,15 @@ def _open(domain: Domain) -> Any:
                 return DdsDomain(domain.id, configuration)
         except DDSException as error:
             errors.append(LOG.reason() or str(error))
-    remedies = (
-        "" if domain.cyclone_uri else "\nis a network interface up?\nto run without a network: --transport memory"
-    )
-    raise TransportError(f"cannot join {domain}: {errors[-1]}{remedies}")
+    help_lines = "\nis a network interface up?\nto run without a network: --transport memory"
+    raise TransportError(f"cannot join {domain}: {errors[-1]}{'' if domain.cyclone_uri else help_lines}")
 
 
 def configurations(domain: Domain) -> list[str]:
     """Return Cyclone DDS configurations for a domain, in the order in which to try them.
 
-    ROS 2 programs on one host use loopback addresses. Cyclone ignores these unless `lo` is one of its interfaces. If `lo` is the
-    only active interface, Cyclone chooses it automatically, and an additional entry for `lo` is an error.
+    ROS 2 programs on one host use loopback addresses, which Cyclone ignores unless the configuration has the interface `lo`. If
+    `lo` is the only active interface, Cyclone chooses it automatically, and an additional entry for `lo` is an error.
     """
     if domain.cyclone_uri:
         return [f"{_fragment(domain, '')},{domain.cyclone_uri}"]
@@ -290,12 +287,12 @@ def _fragment(domain: Domain, interfaces: str) -> str:
         return ""
     multicast = "true" if domain.discovery_range == "SUBNET" else "false"
     general = f"<AllowMulticast>{multicast}</AllowMulticast>"
-    if sys.platform == "linux":  # others refuse such datagrams unless they are told not to
+    if sys.platform == "linux":  # other systems refuse such large datagrams by default
         general += f"<FragmentSize>{_FRAGMENT}B</FragmentSize><MaxMessageSize>{_DATAGRAM}B</MaxMessageSize>"
     if interfaces:
         general += f"<Interfaces>{interfaces}</Interfaces>"
     if domain.discovery_range == "OFF":
-        # Only participants with the same tag meet.
+        # Only participants with the same tag discover each other.
         discovery = f"<ParticipantIndex>none</ParticipantIndex><Tag>ros_discovery_off_{os.getpid()}</Tag>"
     else:
         peers = "".join(f'<Peer address="{address}"/>' for address in (_LOOPBACK, *map(_address, domain.static_peers)))

@@ -1,7 +1,7 @@
-"""Captures the log of Cyclone DDS, and counts the malformed messages in it: Cyclone logs each malformed message that it drops.
+"""Captures the log of Cyclone DDS, and counts malformed messages: Cyclone logs each malformed message that it drops.
 
-Cyclone logs to a file in memory, which this module reads from time to time. A log callback could deadlock: it would wait for
-Python's GIL in a thread of Cyclone that holds locks, while a thread that has the GIL waits for these locks in a write.
+Cyclone logs to a file in memory, which this module reads from time to time. A log callback could deadlock: the callback would
+wait for Python's GIL while its thread holds Cyclone's locks, and the thread with the GIL would wait for these locks in a write.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from graphengine.messages import names
 _log = logging.getLogger(__name__)
 
 _MAX_SIZE = 1 << 20
-"""Size of the log file above which its content is discarded after reading, bytes."""
+"""Size above which the log file is emptied after reading, bytes."""
 _LINE = re.compile(r"[0-9.]+ \[(?P<domain>[0-9]+)\] +\S+ *(?P<text>.*)")
 _MALFORMED = re.compile(r"deserialization (?P<topic>r[tqr]/\S+)/\S+ failed")
 _VARYING = re.compile(r"<.*|\b[0-9a-f]+\b|[0-9a-f]*[0-9][0-9a-f]*")
-"""Parts that vary between log lines of one kind: numbers, and the content of a packet, from `<` to the end of the line."""
+"""Text that varies between log lines of one kind: numbers, and the content of a packet, from `<` to the end of the line."""
 MAX_KINDS = 20
-"""Maximum number of kinds of lines to log, one line of each kind; lines of further kinds are only counted."""
+"""Maximum number of kinds of log lines of which one line is logged; lines of further kinds are only counted."""
 PERIOD = 60.0
 """Minimum time between two reports of the number of lines that were not logged, s."""
 
 
 class CycloneLog:
-    """The log of all domains in this process. Only with glibc can it be captured; otherwise Cyclone prints it to stderr."""
+    """The log of all domains in this process. The log can be captured only with glibc; otherwise Cyclone prints it to stderr."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -50,9 +50,9 @@ class CycloneLog:
 
     @contextmanager
     def capture(self) -> Iterator[None]:
-        """Return a context in which new domains log to this object, by a replacement of the C library's `stderr`.
+        """Return a context in which the C library's `stderr` is replaced, so that new domains log to this object.
 
-        A domain always logs to the stream that was `stderr` when the domain was created; there is no setting for its log.
+        Cyclone has no setting for this: a domain always logs to the stream that was `stderr` when the domain was created.
         """
         if platform.libc_ver()[0] != "glibc":
             yield
@@ -71,13 +71,13 @@ class CycloneLog:
                 stderr.value = before
 
     def reason(self) -> str:
-        """Return the text of the last new log line, the reason why a domain could not be created; empty if there is no line."""
+        """Return the text of the newest log line, which says why a domain could not be created; empty without new lines."""
         with self._lock:
             lines = self._lines()
         return _text(lines[-1]) if lines else ""
 
     def malformed(self, domain_id: int) -> Mapping[str, int]:
-        """Read the log, and return the number of malformed messages by topic or service; log other lines, once per kind."""
+        """Read the log; return the number of malformed messages of each topic or service, and log one other line of each kind."""
         with self._lock:
             for line in self._lines():
                 self._note(line)
@@ -88,7 +88,7 @@ class CycloneLog:
             return dict(self._malformed.get(domain_id, {}))
 
     def forget(self, domain_id: int) -> None:
-        """Discard the counts of a domain; called when this process has no participant in it any more."""
+        """Discard the counts of a domain; called when this process has left the domain."""
         self.malformed(domain_id)
         with self._lock:
             self._malformed.pop(domain_id, None)
@@ -100,7 +100,7 @@ class CycloneLog:
             self._position += len(read)
             self._rest += read
         if self._position > _MAX_SIZE:
-            os.ftruncate(self._file, 0)  # Cyclone appends, wherever the end is
+            os.ftruncate(self._file, 0)  # Cyclone appends, so it continues at the new end
             self._position = 0
         *lines, self._rest = self._rest.split(b"\n")
         return [line.decode(errors="replace") for line in lines]

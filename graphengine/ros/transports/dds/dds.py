@@ -1,8 +1,8 @@
-"""The DDS transport, which does not use ROS libraries: other ROS 2 programs see this process as an ordinary node.
+"""The DDS transport, which uses no ROS libraries; other ROS 2 programs see this process as an ordinary node.
 
-One thread of the transport waits for messages and for changes of peers. It does not use DDS listeners, because these could
-deadlock: a listener would wait for Python's GIL in a thread of Cyclone DDS that holds locks, while a thread that has the GIL
-waits for these locks in a write.
+One thread of the transport waits for messages and for changes of peers. The transport uses no DDS listeners, because these could
+deadlock: a listener would wait for Python's GIL while its thread holds locks of Cyclone DDS, and the thread with the GIL would
+wait for these locks in a write.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 _FOREVER = duration(infinite=True)
 
 _BACKLOG = 1000
-"""Minimum depth of the queue of a volatile reader, so that no messages are lost while this process is busy."""
+"""Minimum queue depth of a volatile reader, so that no messages are lost while this process is busy."""
 
 _End = TypeVar("_End", bound=DdsEnd)
 
 
 @dataclass(slots=True)
 class _DdsTopic:
-    """A DDS topic that this process uses, with the number of its open endpoints."""
+    """A DDS topic that this process uses, with the number of the topic's open endpoints."""
 
     message_type: str
     entity: Any
@@ -58,8 +58,8 @@ class DdsTransport(RosNode):
     Args:
         options: domain and name of the node.
         announces: whether the process announces the node on `ros_discovery_info`, and has writers for /rosout and
-            /parameter_events. If not, ROS 2 programs see endpoints without a node; their user data name the node for other
-            processes of graphengine.
+            /parameter_events. If not, ROS 2 programs see endpoints without a node; the endpoints' user data name the node for
+            other processes of graphengine.
     """
 
     def __init__(self, options: JoinOptions, announces: bool = True) -> None:
@@ -70,13 +70,13 @@ class DdsTransport(RosNode):
         domain = self._domain
         self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
         self._hearing = threading.Lock()
-        """Lock held while reading discovery data, which may take long; acquire it before the lock of the node."""
+        """Lock for reading discovery data, which may take long; acquire this lock before the lock of the node."""
         self._topics: dict[str, _DdsTopic] = {}
         self._service_numbers = itertools.count(1)
         self._delivering: DdsEnd | None = None
         self._discovery: Discovery | None = None
         self._thread = threading.Thread(target=self._receive, name=f"dds domain {domain.id}", daemon=True)
-        # An enclave is what makes ROS 2 take a participant for one of its own.
+        # ROS 2 treats only participants with an enclave as ROS 2 processes.
         self._participant = cyclone.join(domain, "enclave=/;" if self._announces else "")
         self._gid = gid_of(self._participant)
         try:
@@ -147,7 +147,7 @@ class DdsTransport(RosNode):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of malformed messages by topic or service; includes those of other transports of this process in the domain."""
+        """Number of malformed messages of each topic or service, also of this process's other transports in the domain."""
         return Counter(LOG.malformed(self._domain.id)) + Counter(super().malformed)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
@@ -219,7 +219,7 @@ class DdsTransport(RosNode):
         return Pair(reader, writer, service_type, *agrees)
 
     def _open(self, end: _End) -> _End:
-        """Start to serve an endpoint in the transport's thread, announce it to peers, and return it."""
+        """Start to serve an endpoint in the transport's thread, announce the endpoint to peers, and return it."""
         (self._writers if isinstance(end, DdsWriter) else self._readers).append(end)
         for entity, status in zip(end.entities, end.statuses, strict=True):
             entity.set_status_mask(status)
@@ -243,7 +243,7 @@ class DdsTransport(RosNode):
             cyclone.delete(self._topics.pop(topic).entity)
 
     def _nodes(self) -> Sequence[discovery.DiscoveredNode]:
-        """Return the nodes to announce: the transport's own node first, then other nodes that offer services."""
+        """Return the nodes to announce: first the transport's own node, then the other nodes that offer services."""
         nodes: dict[str, tuple[list[bytes], list[bytes]]] = {self.node: ([], [])}
         for end in (*self._writers, *self._readers):
             readers, writers = nodes.setdefault(end.node or self.node, ([], []))
@@ -263,7 +263,7 @@ class DdsTransport(RosNode):
             arrived = busy = [end for end in tuple(self._readers) if self._drain(end)]
             while busy and not self._closed:
                 busy = [end for end in busy if self._drain(end)]
-            # More entities triggered than readers had messages: of some, peers came or went.
+            # More entities triggered than readers had messages: the peers of some endpoints have changed.
             if triggered > len(arrived):
                 for end in (*self._writers, *self._readers):
                     end.refresh()
@@ -274,16 +274,16 @@ class DdsTransport(RosNode):
 
 
 def _lossless(qos: QoS) -> QoS:
-    """Return the profile of a patient writer: keepAll if it is reliable and volatile, so that it waits for slow readers."""
+    """Return the profile with which a writer waits for slow readers: keepAll if the profile is reliable and volatile."""
     qos = settled(qos)
     return replace(qos, history="keepAll") if (qos.reliability, qos.durability) == ("reliable", "volatile") else qos
 
 
 def _deep(qos: QoS) -> QoS:
-    """Return the profile of a reader with a large queue: Cyclone DDS does not report the messages that a full queue loses.
+    """Return the profile of a reader with a large queue: Cyclone DDS does not report messages that a full queue loses.
 
-    Peers see this larger depth, for example in `ros2 topic info -v` on Cyclone DDS. The depth of a latched topic is not changed,
-    because it determines how many old messages the reader receives.
+    Peers see this larger depth, for example in `ros2 topic info -v` on Cyclone DDS. The depth of a latched topic stays, because
+    this depth determines how many old messages the reader receives.
     """
     qos = settled(qos)
     return replace(qos, depth=max(qos.depth, _BACKLOG)) if qos.durability == "volatile" else qos

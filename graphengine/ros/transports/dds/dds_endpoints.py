@@ -14,7 +14,7 @@ from graphengine.ros.transports.ends import Remove, RosEnd
 
 
 def gid_of(entity: Any) -> bytes:
-    """Return the 16 bytes of an entity's RTPS GUID, which identify it in ROS 2."""
+    """Return the 16 bytes of an entity's RTPS GUID, by which ROS 2 identifies the entity."""
     return bytes(entity.guid.bytes)
 
 
@@ -36,14 +36,14 @@ class DdsEnd(RosEnd):
         self.gids = tuple(map(gid_of, entities))
 
     def refresh(self) -> None:
-        """Read the matched peers from Cyclone DDS; called when they may have changed."""
+        """Read the matched peers from Cyclone DDS; called when the peers may have changed."""
 
     def drain(self) -> bool:
-        """Take some messages from the queue and deliver them; return False if the queue was empty."""
+        """Deliver some messages from the queue; return False if the queue was empty."""
         return False
 
     def _send(self, writer: Any, data: bytes) -> None:
-        """Send a message; it is dropped and counted if a reader blocks it for longer than 100 ms.
+        """Send a message; if a reader blocks for longer than 100 ms, the message is dropped and counted.
 
         Raises:
             TransportError: the bytes are not a message of the type, or the endpoint is closed.
@@ -56,7 +56,7 @@ class DdsEnd(RosEnd):
 
 
 class DdsWriter(DdsEnd):
-    """A writer with a DDS writer; it counts its matched readers, and the messages dropped because of slow readers."""
+    """A writer with a DDS writer; counts the matched readers, and the messages dropped because of slow readers."""
 
     statuses = (DDSStatus.PublicationMatched,)
 
@@ -67,7 +67,7 @@ class DdsWriter(DdsEnd):
         self._lock = threading.Lock()
 
     def write(self, data: bytes) -> None:
-        """Send a message; it is dropped and counted if a reader blocks it for longer than 100 ms.
+        """Send a message; if a reader blocks for longer than 100 ms, the message is dropped and counted.
 
         Raises:
             TransportError: the bytes are not a message of the topic's type, or the writer is closed.
@@ -76,7 +76,7 @@ class DdsWriter(DdsEnd):
 
     def refresh(self) -> None:
         """Read the number of matched readers from Cyclone DDS."""
-        # Two threads that look must not note down what they saw in the wrong order.
+        # The lock keeps two threads from storing their counts in the wrong order.
         with self._lock:
             try:
                 self.matched = self.entity.get_publication_matched_status().current_count
@@ -110,10 +110,10 @@ class DdsReader(DdsEnd):
         self._agrees = agrees
         self._deliver = deliver
         self._writers: dict[int, tuple[bytes, bool]] = {}
-        """GID of each writer, and whether its messages can be read, by the writer's handle."""
+        """For each writer, by handle: the GID, and whether the writer's messages can be read."""
 
     def drain(self) -> bool:
-        """Take some messages from the queue and deliver them; return False if the queue was empty."""
+        """Deliver some messages from the queue; return False if the queue was empty."""
         arrived = cyclone.take(self.entity)
         for data, handle in arrived:
             if handle not in self._writers:

@@ -1,7 +1,7 @@
 """Service servers and clients over DDS, as in rmw_cyclonedds_cpp: each service has a request topic and a response topic.
 
 All clients of a service read all responses; so requests and responses have a header that identifies the call. The DDS writer
-and reader of a client announce the same identity in their user data. When a request arrives before the server has discovered
+and reader of a client announce the same identity in their user data. If a request arrives before the server has discovered
 the client's reader, the server holds the response until it discovers a reader with the identity of the request's writer.
 """
 
@@ -25,9 +25,9 @@ from graphengine.ros.transports.dds.dds_endpoints import DdsEnd
 from graphengine.ros.transports.ends import Remove
 
 _ENCAPSULATION = 4
-"""Size of the CDR encapsulation header, bytes; its second byte gives the byte order."""
+"""Size of the CDR encapsulation header, bytes; the second byte of the header gives the byte order."""
 _HEADER = {0: struct.Struct(">Qq"), 1: struct.Struct("<Qq")}
-"""Format of a call's header, by byte order: the client's handle of its writer, and the number of the call."""
+"""Format of a call's header for each byte order: the client's handle of its writer, then the number of the call."""
 _REQUEST_ID = struct.Struct("<QqQ")
 """Format of a request's identity: the call's header, then the server's handle of the client's writer."""
 _MAX_HELD = 1000
@@ -90,9 +90,9 @@ class _DdsService(DdsEnd):
         self._writers: dict[int, cyclone.Peer] = {}
         self._readers: dict[int, cyclone.Peer] = {}
         self._vendors: set[bytes] = set()
-        """RTPS vendor ids of peers on other DDS implementations: the first two bytes of their GIDs."""
+        """RTPS vendor ids of peers on other DDS implementations: the first two bytes of the peers' GIDs."""
         self._mistyped = False
-        """Whether any peer so far had a different definition of the service type."""
+        """Whether any peer had a different definition of the service type until now."""
 
     def close(self) -> None:
         """Close the endpoint; safe to call twice."""
@@ -100,14 +100,14 @@ class _DdsService(DdsEnd):
         super().close()
 
     def end(self) -> None:
-        """Refuse further calls, and forget the peers."""
+        """Refuse all later calls, and forget the peers."""
         with self._lock:
             self._ended = True
             self._writers, self._readers = {}, {}
             self._follow()
 
     def drain(self) -> bool:
-        """Take some messages from the queue and deliver them; return False if the queue was empty."""
+        """Deliver some messages from the queue; return False if the queue was empty."""
         arrived = cyclone.take(self._pair.reader)
         for data, handle in arrived:
             call = without_header(data)
@@ -118,13 +118,13 @@ class _DdsService(DdsEnd):
         return bool(arrived)
 
     def refresh(self) -> None:
-        """Read the matched peers from Cyclone DDS, if they have changed."""
-        # Two threads that look must not note down what they saw in the wrong order.
+        """Read the matched peers from Cyclone DDS if the peers have changed."""
+        # The lock keeps two threads from storing the peers in the wrong order.
         with self._lock:
             if self._ended:
                 return
             try:
-                # First the statuses, which are reset thereby: who comes after that wakes the thread again.
+                # First the statuses, because reading resets them: a peer that comes later wakes the thread again.
                 reader, writer = self._pair.reader, self._pair.writer
                 statuses = reader.get_subscription_matched_status(), writer.get_publication_matched_status()
                 if any(status.total_count_change or status.current_count_change for status in statuses):
@@ -132,7 +132,7 @@ class _DdsService(DdsEnd):
             except DDSException:
                 self._writers, self._readers = {}, {}
             except IndexError:
-                return  # one came between two looks of the package at how many there are; the thread is woken for it
+                return  # a peer came while the package counted the peers; this peer wakes the thread again
             peers = (*self._writers.values(), *self._readers.values())
             self._vendors |= {peer.gid[:2] for peer in peers} - {vendors.CYCLONE}
             agree = [self._pair.reads(peer.type_hash) for peer in self._writers.values()]
@@ -148,7 +148,7 @@ class _DdsService(DdsEnd):
             return foreign or ("\n  ".join(another) if self._mistyped else "")
 
     def _is_foreign(self, handle: int) -> bool:
-        """Return whether a matched writer is incompatible: it has another DDS implementation or another type definition."""
+        """Return whether a matched writer has another DDS implementation or another definition of the type."""
         if handle not in self._writers:
             self.refresh()
         peer = self._writers.get(handle)
@@ -205,7 +205,7 @@ class DdsServer(_DdsService):
                 self._held.append((handle, data))
 
     def _hears(self, handle: int) -> bool:
-        """Return whether the client's response reader is matched; `handle` is the server's handle of its request writer."""
+        """Return whether a client's reader is matched; `handle` is the server's handle of the client's writer."""
         if handle not in self._writers:
             return False
         client = _identity(self._writers[handle])
@@ -259,11 +259,11 @@ class DdsClient(_DdsService):
 
 
 def _talks(peer: cyclone.Peer, agrees: Callable[[str], bool]) -> bool:
-    """Return whether a peer is compatible: it has the same DDS implementation and the same type definition."""
+    """Return whether a peer has the same DDS implementation and the same definition of the type."""
     return peer.gid.startswith(vendors.CYCLONE) and agrees(peer.type_hash)
 
 
 def _identity(peer: cyclone.Peer) -> bytes:
-    """Return the identity that a peer's reader and writer share; empty for an old ROS 2 version that announces none."""
+    """Return the identity that a peer's reader and writer share; empty if the peer's old ROS 2 version announces none."""
     found = _IDENTITY.search(peer.user_data)
     return found[1] if found else b""

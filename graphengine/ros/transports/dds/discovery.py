@@ -1,4 +1,4 @@
-"""Discovery of peers: DDS announces endpoints, and each ROS 2 process announces which of its nodes own them."""
+"""Discovery of peers: DDS announces endpoints, and each ROS 2 process announces its nodes with their endpoints."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ TOPIC = "ros_discovery_info"
 TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 TELLING = LATCHED
 HEARING = replace(LATCHED, history="keepAll")
-"""QoS of the reader on `TOPIC`. The topic has no key: with a depth of 1, processes would overwrite each other's messages."""
+"""QoS of the reader on `TOPIC`. With a depth of 1, processes would overwrite each other's messages, as the topic has no key."""
 
 _BATCH = 50
-"""Number of samples to read at a time while holding the lock `READING_POLICIES`, which services need too."""
+"""Number of samples to read at a time while the lock `READING_POLICIES` is held; services wait for this lock too."""
 _ENCLAVE = b"enclave="
 _OWNER = re.compile(rb"(?:^|;)node=([^;]*/[^;]+);")
 _PREFIX = 12
@@ -40,7 +40,7 @@ _PREFIX = 12
 
 @dataclass(frozen=True, slots=True)
 class DiscoveredNode:
-    """A node as its process announces it, with the GIDs of its readers and writers."""
+    """A node that a process announces, with the GIDs of the node's readers and writers."""
 
     namespace: str
     name: str
@@ -51,8 +51,8 @@ class DiscoveredNode:
 def announcement(participant: bytes, nodes: Sequence[DiscoveredNode]) -> bytes:
     """Return a CDR message of type `TYPE` with the nodes of a process.
 
-    The message is sent after each change of the endpoints and has the GIDs of all endpoints. A general codec needs a microsecond
-    per GID, which adds up to seconds when a thousand topics are created; so this function encodes the message by hand.
+    A process sends the message after each change of its endpoints, with the GIDs of all endpoints. A general codec needs 1 µs per
+    GID, in all some seconds while a thousand topics are created; so this function encodes the message by hand.
     """
     parts = [b"\0\1\0\0", participant, _count(nodes)]
     for node in nodes:
@@ -65,7 +65,7 @@ def announcement(participant: bytes, nodes: Sequence[DiscoveredNode]) -> bytes:
 
 
 def owner_data(node: str) -> str:
-    """Return user data that name the node of an endpoint, for a process that does not announce its nodes on `TOPIC`."""
+    """Return user data that name an endpoint's node, for a process that does not announce its nodes on `TOPIC`."""
     return f"node={node};"
 
 
@@ -89,19 +89,19 @@ class Discovery:
         self._silent: set[bytes] = set()
         """GID prefixes of ROS 2 participants that have not announced their nodes yet."""
         self._nodes: dict[bytes, list[DiscoveredNode]] = {}
-        """Announced nodes, by the GID prefix of their participant."""
+        """Announced nodes of each participant, by the participant's GID prefix."""
         self._owners: dict[bytes, str] = {}
-        """Full name of an endpoint's node by GID, for endpoints with `owner_data`."""
+        """Full name of the node of each endpoint with `owner_data`, by the endpoint's GID."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
-        """Endpoints by GID; None for an endpoint whose DDS topic is not a ROS 2 topic, such as a service's request topic."""
+        """Endpoint of each GID; None if its DDS topic is not a ROS 2 topic, such as a service's request topic."""
         self._services: dict[bytes, tuple[str, str, Direction]] = {}
-        """Name and type of a service, and `publish` for a client or `subscribe` for a server, by GID of the request endpoint."""
+        """For the GID of each request endpoint: name and type of the service, and `publish` (client) or `subscribe` (server)."""
         self._graph: NetworkGraph | None = None
-        """Graph that the last call returned; None if discovery data have changed since."""
+        """Result of the last call of `graph`; None if discovery data have changed since then."""
 
     def graph(self) -> NetworkGraph:
         """Read the new discovery data, and return all known endpoints and nodes."""
-        self._hear_nodes()  # first: a participant that is gone takes with it what it told before
+        self._hear_nodes()  # first, because `_hear_participants` removes the nodes of participants that have left
         self._hear_participants()
         self._hear_endpoints(self._publications, "publish")
         self._hear_endpoints(self._subscriptions, "subscribe")
@@ -125,7 +125,7 @@ class Discovery:
         return NetworkGraph(found, complete, not self._silent, services, map(self._with_services, nodes))
 
     def _all_nodes(self) -> list[DiscoveredNode]:
-        """Return the announced nodes with the endpoints that name them in their `owner_data`; a name may occur twice."""
+        """Return the announced nodes, each also with the endpoints whose `owner_data` name it; a name may occur twice."""
         owned: dict[str, list[bytes]] = {}
         for gid, node in self._owners.items():
             owned.setdefault(node, []).append(gid)
@@ -208,7 +208,7 @@ def _endpoint(gid: bytes, direction: Direction, sample: Any) -> Endpoint | None:
     if (prefix, slash) != ("rt", "/"):
         return None
     qos = cyclone.read_qos(sample.qos)
-    # Peers on Cyclone DDS alone tell their history, which is no part of the wire protocol.
+    # Only peers on Cyclone DDS announce their history, which is not part of the wire protocol.
     if not gid.startswith(vendors.CYCLONE):
         qos = replace(qos, history="systemDefault", depth=0)
     type_hash = cyclone.type_hash(cyclone.user_data(sample.qos))
@@ -216,7 +216,7 @@ def _endpoint(gid: bytes, direction: Direction, sample: Any) -> Endpoint | None:
 
 
 def _service(sample: Any) -> tuple[str, str] | None:
-    """Return name and type of a service if the sample's topic is the request topic of a service, otherwise None."""
+    """Return name and type of a service if the sample is about the service's request topic, otherwise None."""
     name = names.ros_name(sample.topic_name)
     asks = sample.topic_name == names.service_topics(name)[0]
     return (name, ros_type(sample.type_name).removesuffix("_Request")) if asks else None

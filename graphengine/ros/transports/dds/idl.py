@@ -1,4 +1,4 @@
-"""Makes DDS types for ROS messages; Cyclone DDS announces their type information and checks payloads with it."""
+"""Makes DDS types for ROS messages; with these types, Cyclone DDS announces type information and checks payloads."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def dds_name(message_type: str) -> str:
 
 
 def idl_type(message_type: str, definitions: Definitions = DEFINITIONS, *, is_call: bool = False) -> type[Any]:
-    """Return a class that describes a message to Cyclone DDS; it is never instantiated.
+    """Return a class that describes a message type to Cyclone DDS; the class is never instantiated.
 
     Args:
         message_type: ROS name of the type.
@@ -48,14 +48,14 @@ _HEADER: dict[str, Any] = {"_client": idl.uint64, "_number": idl.int64}
 
 
 def _make(message_type: str, definitions: Definitions, header: dict[str, Any]) -> type[Any]:
-    # Cyclone DDS would refuse ROS 2's wide strings; it looks no further than the type described here, and keeps all bytes.
+    # Cyclone DDS would refuse ROS 2's wide strings. It checks only the fields described here, and keeps all bytes.
     fields = [] if definitions.is_wide(message_type) else definitions.fields(message_type)
     annotations = header | {name: _idl(field, definitions) for name, field in fields or [PLACEHOLDER]}
     namespace = {"__annotations__": annotations, "__module__": __name__}
     name = dds_name(message_type)
     last, keywords = name.rpartition("::")[2], {"typename": name.replace("::", ".")}
     made = types.new_class(last, (IdlStruct,), keywords, lambda body: body.update(namespace))
-    # ROS types are final for XTypes: an appendable one would have another encoding.
+    # ROS types are final in XTypes: an appendable type would have another encoding.
     described: type[Any] = final(dataclasses.dataclass(made))
     return described
 

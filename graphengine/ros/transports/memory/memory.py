@@ -7,14 +7,14 @@ from collections import defaultdict, deque
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, ClassVar, get_args
+from typing import Any, get_args
 
 from graphengine.format.errors import TransportError
 from graphengine.format.wording import listing
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.qos import mismatch, settled
+from graphengine.messages.qos import settled
 from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.memory.memory_services import MemoryClient, MemoryServer
@@ -22,15 +22,11 @@ from graphengine.ros.transports.memory.memory_services import MemoryClient, Memo
 
 @dataclass(eq=False)
 class _MemoryEnd:
-    """A writer or reader of a `MemoryTransport`; its QoS has actual values instead of `systemDefault`."""
-
-    direction: ClassVar[Direction]
+    """A writer or reader of a `MemoryTransport`."""
 
     transport: MemoryTransport
-    topic: str
-    message_type: str
-    qos: QoS
-    gid: bytes
+    endpoint: Endpoint
+    """Description of the endpoint; the QoS has actual values instead of `systemDefault`."""
 
     def close(self) -> None:
         """Close the endpoint; safe to call twice."""
@@ -41,18 +37,18 @@ class _MemoryEnd:
 class MemoryWriter(_MemoryEnd):
     """A writer on a topic of a `MemoryTransport`."""
 
-    direction = "publish"
     dropped = 0
 
     kept: deque[tuple[int, bytes]] = field(init=False)
     """Messages kept for late joiners, each with its number in the order of all messages; empty unless transient local."""
     is_open: bool = True
     readers: list[MemoryReader] = field(default_factory=list)
-    """Matching readers, in the order in which they were created."""
+    """Matching readers in creation order."""
 
     def __post_init__(self) -> None:
-        latched, unlimited = self.qos.durability == "transientLocal", self.qos.history == "keepAll"
-        self.kept = deque(maxlen=(None if unlimited else self.qos.depth) if latched else 0)
+        qos = self.endpoint.qos
+        latched, unlimited = qos.durability == "transientLocal", qos.history == "keepAll"
+        self.kept = deque(maxlen=(None if unlimited else qos.depth) if latched else 0)
 
     @property
     def matched(self) -> int:
@@ -72,19 +68,12 @@ class MemoryWriter(_MemoryEnd):
 class MemoryReader(_MemoryEnd):
     """A reader on a topic of a `MemoryTransport`."""
 
-    direction = "subscribe"
-
     deliver: Deliver
-
-    def matches(self, writer: MemoryWriter) -> bool:
-        """Return whether a writer has the same topic and type, and a compatible QoS."""
-        same = (self.topic, self.message_type) == (writer.topic, writer.message_type)
-        return same and not mismatch(writer.qos, self.qos)
 
 
 @dataclass(slots=True)
 class _MemoryTopic:
-    """Writers and readers of a topic, and the messages written to it with their types."""
+    """Writers and readers of a topic, and each message that was written to the topic, with the message type."""
 
     writers: list[MemoryWriter] = field(default_factory=list)
     readers: list[MemoryReader] = field(default_factory=list)
@@ -92,11 +81,11 @@ class _MemoryTopic:
 
 
 class MemoryTransport:
-    """A transport within one process; endpoints match, and late joiners get kept messages, by the rules of DDS.
+    """A transport within one process. Endpoints match, and late joiners get kept messages, as in DDS.
 
     Args:
-        wants_all: whether each writer counts as matched even without readers, so that nodes build all messages.
-        keeps: whether all written messages are kept for `raw` and `messages`; memory use grows with each message.
+        wants_all: whether a writer without readers counts as matched too, so that nodes build all messages.
+        keeps: whether `raw` and `messages` return all written messages; memory use then grows with each message.
         definitions: message types.
     """
 
@@ -128,9 +117,9 @@ class MemoryTransport:
             MessageTypeError: the type is unknown.
             TransportError: the transport is closed.
         """
-        self._admit(topic, message_type)
-        writer = MemoryWriter(self, topic, message_type, settled(qos), self.new_gid())
-        writer.readers += [reader for reader in self._topics[topic].readers if reader.matches(writer)]
+        writer = MemoryWriter(self, self._endpoint("publish", topic, message_type, qos))
+        readers = self._topics[topic].readers
+        writer.readers += [reader for reader in readers if writer.endpoint.serves(reader.endpoint)]
         self._topics[topic].writers.append(writer)
         return writer
 
@@ -140,15 +129,15 @@ class MemoryTransport:
         Raises:
             TransportError: as for `writer`.
         """
-        self._admit(topic, message_type)
-        reader = MemoryReader(self, topic, message_type, settled(qos), self.new_gid(), deliver)
+        reader = MemoryReader(self, self._endpoint("subscribe", topic, message_type, qos), deliver)
         self._topics[topic].readers.append(reader)
-        matching = [writer for writer in self._topics[topic].writers if reader.matches(writer)]
+        matching = [writer for writer in self._topics[topic].writers if writer.endpoint.serves(reader.endpoint)]
         for writer in matching:
             writer.readers.append(reader)
-        if reader.qos.durability == "transientLocal":
-            missed = sorted((number, data, writer.gid) for writer in matching for number, data in writer.kept)
-            for _, data, self.source in missed if reader.qos.history == "keepAll" else missed[-reader.qos.depth :]:
+        wanted = reader.endpoint.qos
+        if wanted.durability == "transientLocal":
+            missed = sorted((number, data, writer.endpoint.gid) for writer in matching for number, data in writer.kept)
+            for _, data, self.source in missed if wanted.history == "keepAll" else missed[-wanted.depth :]:
                 deliver(data)
         return reader
 
@@ -197,8 +186,8 @@ class MemoryTransport:
         if not isinstance(message, bytes):
             found = messages.message_type(message)
             for reader in readers:
-                if reader.message_type != found:
-                    raise TransportError(f"{topic} is read as {reader.message_type}, not as {found}")
+                if reader.endpoint.message_type != found:
+                    raise TransportError(f"{topic} is read as {reader.endpoint.message_type}, not as {found}")
             message = messages.encode(message, self._definitions)
         self.source = b""
         for reader in readers:
@@ -223,7 +212,7 @@ class MemoryTransport:
             client.calls.restore(state)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return all endpoints, or those of the topics and directions in `asked`; they have no node names.
+        """Return all endpoints, or those of the topics and directions in `asked`. The endpoints have no node names.
 
         Raises:
             TransportError: the transport is closed.
@@ -235,7 +224,7 @@ class MemoryTransport:
             if topic := self._topics.get(name):
                 ends += topic.writers if direction == "publish" else topic.readers
         services = {(end.service, end.service_type) for end in self._services}
-        return NetworkGraph(map(self._described, ends), services=services)
+        return NetworkGraph((end.endpoint for end in ends), services=services)
 
     def new_gid(self) -> bytes:
         """Return a new GID that is unique within this transport."""
@@ -257,32 +246,34 @@ class MemoryTransport:
         Raises:
             TransportError: the writer is closed.
         """
+        topic = writer.endpoint.topic
         if not writer.is_open:
-            raise TransportError(f"{writer.topic}: the writer is closed")
+            raise TransportError(f"{topic}: the writer is closed")
         if self._keeps:
-            self._topics[writer.topic].sent.append((writer.message_type, data))
+            self._topics[topic].sent.append((writer.endpoint.message_type, data))
         writer.kept.append((next(self._numbers), data))
         for reader in tuple(writer.readers):
-            self.source = writer.gid
+            self.source = writer.endpoint.gid
             reader.deliver(data)
 
-    def remove(self, endpoint: _MemoryEnd) -> None:
+    def remove(self, end: _MemoryEnd) -> None:
         """Remove an endpoint from the transport; a removed writer refuses further messages."""
-        topic = self._topics[endpoint.topic]
-        if isinstance(endpoint, MemoryWriter):
-            endpoint.is_open = False
+        topic = self._topics[end.endpoint.topic]
+        if isinstance(end, MemoryWriter):
+            end.is_open = False
         known: list[list[Any]] = [topic.writers, topic.readers, *(writer.readers for writer in topic.writers)]
-        for endpoints in known:
-            if endpoint in endpoints:
-                endpoints.remove(endpoint)
+        for ends in known:
+            if end in ends:
+                ends.remove(end)
 
     @property
     def _clients(self) -> list[MemoryClient]:
         return [end for end in self._services if isinstance(end, MemoryClient)]
 
-    def _described(self, end: _MemoryEnd) -> Endpoint:
-        type_hash = self._definitions.type_hash(end.message_type)
-        return Endpoint(end.gid, end.direction, end.topic, end.message_type, end.qos, type_hash)
+    def _endpoint(self, direction: Direction, topic: str, message_type: str, qos: QoS) -> Endpoint:
+        self._admit(topic, message_type)
+        type_hash = self._definitions.type_hash(message_type)
+        return Endpoint(self.new_gid(), direction, topic, message_type, settled(qos), type_hash)
 
     def _admit(self, name: str, *message_types: str) -> None:
         if self._closed:

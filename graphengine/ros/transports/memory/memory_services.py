@@ -12,7 +12,7 @@ from graphengine.messages.qos import mismatch
 from graphengine.ros.transports.calls import Calls
 
 GID = 16
-"""Size of a client's GID, bytes; a request's identity is this GID, followed by the number of the call."""
+"""Size of a client's GID, bytes. A request's identity is the client's GID, followed by the number of the call."""
 
 
 @dataclass(eq=False)
@@ -27,7 +27,7 @@ class _MemoryService:
     deliver: Callable[[Any, bytes], None]
 
     def matches(self, other: _MemoryService) -> bool:
-        """Return whether a peer has the same service and type, and a QoS that is compatible in both directions."""
+        """Return whether a peer has the same service and service type, and a QoS that is compatible in both directions."""
         same = (self.service, self.service_type) == (other.service, other.service_type)
         return same and not mismatch(self.qos, other.qos) and not mismatch(other.qos, self.qos)
 

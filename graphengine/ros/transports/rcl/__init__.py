@@ -5,30 +5,21 @@ from functools import partial
 
 from graphengine.format.errors import TransportError
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
-
-
-def missing() -> str | None:
-    """Return the reason why rclpy cannot be used, such as another Python version; None if it can be used."""
-    from graphengine.ros.transports.rcl import installation
-
-    return installation.missing()
+from graphengine.ros.transports.rcl.installation import is_from_wheels, missing
 
 
 def _not_for_auto() -> str | None:
-    from graphengine.ros.transports.rcl import installation
-
-    return "it is from PyPI: --transport rclpy uses it" if installation.is_from_wheels() else None
+    return "it is from PyPI: --transport rclpy uses it" if is_from_wheels() else None
 
 
 def _open(options: JoinOptions) -> Transport:
     from graphengine.ros.transports.composed import ComposedTransport
-    from graphengine.ros.transports.rcl import installation
     from graphengine.ros.transports.rcl.rcl import RclTransport
     from graphengine.ros.transports.rcl.rcl_profiles import is_installed
 
     hasty = "publishers on rclpy do not wait for slow readers" if options.patient else ""
     transport = RclTransport(replace(options, because="; ".join(filter(None, (options.because, hasty)))))
-    if installation.is_from_wheels():
+    if is_from_wheels():
         return ComposedTransport(transport, is_installed, partial(_open_embedded, options))
     return transport
 

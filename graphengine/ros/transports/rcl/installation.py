@@ -1,4 +1,4 @@
-"""Finds out whether rclpy can be used. Only files and variables are read: importing rclpy may end the process."""
+"""Finds out whether rclpy can be used, from files and variables only: the import of rclpy may end the process."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from graphengine.format.distribution import install_command
 _BOOTSTRAPPER = "ros_wheels_bootstrapper"
 """Module beside the wheels of ROS 2 on PyPI; it sets LD_LIBRARY_PATH at each start of Python."""
 _DEFAULT_RMW = "rmw_fastrtps_cpp"
-"""The RMW that rclpy loads unless RMW_IMPLEMENTATION names another; the wheels have no other."""
+"""The RMW that rclpy loads unless RMW_IMPLEMENTATION names another RMW; the wheels have only this RMW."""
 _NATIVE = "_rclpy_pybind11"
 _TYPES = ("rcl_interfaces", "std_msgs")
-"""A package of types that rclpy needs, and one of common_interfaces."""
+"""A package with types that rclpy needs, and a package of common_interfaces."""
 
 
 def missing() -> str | None:
-    """Return the reason why rclpy cannot be used, with a remedy on a second line; None if nothing speaks against it."""
+    """Return the reason why rclpy cannot be used, such as another Python version, then a line with a remedy; None without one."""
     return next(_obstacles(), None)
 
 
@@ -70,7 +70,7 @@ def _missing_libraries(wheels: bool) -> Iterator[str]:
     folders = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     if not wheels:  # found without the variable: libraries of conda and of Linux distributions
         folders += [f"{sys.prefix}/lib", "/usr/lib", "/usr/local/lib"]
-    for library in ("rcl", *([rmw] if named or wheels else [])):  # without a name, any RMW that is installed is taken
+    for library in ("rcl", *([rmw] if named or wheels else [])):  # without a name, rclpy takes any installed RMW
         if not any(folder and Path(folder, f"lib{library}.so").is_file() for folder in folders):
             whose = f"RMW_IMPLEMENTATION is {named}, whose" if library == named else "its"
             remedy = "install it, or source the ROS 2 that has it"
@@ -78,7 +78,7 @@ def _missing_libraries(wheels: bool) -> Iterator[str]:
 
 
 def folders_of(package: str) -> list[Path]:
-    """Return the folders of a package, which is not imported; an empty list if it is not installed."""
+    """Return the folders of a package without importing it; an empty list if the package is not installed."""
     try:
         spec = importlib.util.find_spec(package)
     except ValueError:  # a module of this name was made by hand

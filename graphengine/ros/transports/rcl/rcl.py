@@ -1,4 +1,4 @@
-"""The transport over an installed ROS 2: rclpy carries the encoded messages, on the RMW of the user's environment."""
+"""The transport over an installed ROS 2: rclpy carries the encoded messages, over the RMW of the user's environment."""
 
 from __future__ import annotations
 
@@ -34,25 +34,22 @@ class RclTransport(RosNode):
     """A transport that joins a domain as an rclpy node in a separate rclpy context."""
 
     source = b""
-    """GID of the writer whose message is being delivered; always empty, because rclpy does not report it."""
+    """GID of the writer whose message is being delivered; always empty, because rclpy does not report the writer."""
     spin_time = 2.0
-    """Typical time that discovery takes, s; between Fast DDS and Cyclone DDS it is one second."""
+    """Typical duration of discovery, s; between Fast DDS and Cyclone DDS, discovery takes one second."""
 
     def _join(self) -> str:
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
-        from rclpy.node import Node
 
         domain = self._domain
         self._context = rclpy.Context()
         try:
             with discovery(domain):
                 self._context.init(args=[], domain_id=domain.id)
-            self._node = Node(
-                self._name, namespace=self._namespace, context=self._context, start_parameter_services=False
-            )
+            self._node = self._make_node(self._namespace, self._name)
             self._others: dict[str, Any] = {}
-            """Additional rclpy nodes that offer services, by full name; a node exists while it has servers."""
+            """Additional rclpy nodes that offer services, by full name; each exists while it has servers."""
             self._executor = SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self._node)
             self._rosout = self.writer(*ROSOUT)
@@ -112,7 +109,7 @@ class RclTransport(RosNode):
         return self._open(RclClient(service, self._remove, deliver, self._node), service_type, qos)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return all known endpoints; if `asked` is given, only these topics and directions, which is faster.
+        """Return all known endpoints, or faster only those of the topics and directions in `asked`.
 
         Raises:
             TransportError: the transport is closed.
@@ -132,14 +129,14 @@ class RclTransport(RosNode):
         }
         found: list[Any] = []
         for topic, direction in asked:
-            with self._lock:  # not for all of them, as other threads wait for it
+            with self._lock:  # not around the loop, because other threads wait for the lock
                 self._admit()
                 found += [(topic, info) for info in ask[direction](topic)]
         named = all(info.node_name != UNKNOWN_NODE for _, info in found)
         return NetworkGraph((to_endpoint(*end) for end in found), named=named, services=services, nodes=nodes)
 
     def _nodes(self) -> Iterator[NetworkNode]:
-        """Yield all known nodes with their services; of several nodes with the same name, rclpy reports one node's services."""
+        """Yield all known nodes with their services; of several nodes with one name, rclpy reports the services of one node."""
         from rclpy.node import NodeNameNonExistentError
 
         for name, namespace in self._node.get_node_names_and_namespaces():
@@ -149,7 +146,7 @@ class RclTransport(RosNode):
                 yield NetworkNode(full_name(namespace, name), _pairs(offered), _pairs(called))
 
     def _leave(self) -> None:
-        # Work is what ends a wait for work.
+        # The executor's wait ends when it gets work.
         self._executor.create_task(lambda: None)
         self._thread.join()
         self._executor.shutdown()
@@ -161,7 +158,7 @@ class RclTransport(RosNode):
         return {service: self._node.count_services(service) for service in services}
 
     def _fits(self, message_type: str, reader: RclReader) -> bool:
-        """Return whether all publishers on a reader's topic have the same definition of the message type, as far as announced."""
+        """Return whether all type hashes that publishers on the reader's topic announce agree with the session's definition."""
         number = self._node.count_publishers(reader.name)
         if number != reader.publishers:
             found = self._node.get_publishers_info_by_topic(reader.name)
@@ -174,7 +171,7 @@ class RclTransport(RosNode):
         """Create the rclpy object of an endpoint, and return the endpoint; `kind` is the message or service type."""
         what = f"{end.name} cannot be created with the type {kind}"
         with self._lock, warnings.catch_warnings():
-            # Jazzy's rclpy warns of a class of its own that it uses for the event of a publisher.
+            # Jazzy's rclpy warns about its own use of a deprecated class for the event of a publisher.
             warnings.simplefilter("ignore", DeprecationWarning)
             self._admit(end.name)
             try:
@@ -208,22 +205,22 @@ class RclTransport(RosNode):
             node.destroy_node()
 
     def _node_of(self, end: RclEnd) -> Any:
-        """Return the rclpy node of an endpoint; an additional node is created for its first endpoint."""
-        from rclpy.node import Node
-
+        """Return the rclpy node of an endpoint; create an additional node for its first endpoint."""
         if not end.node or end.node == self.node:
             return self._node
         if end.node not in self._others:
-            namespace, name = split_name(end.node)
-            node = Node(
-                name, namespace=namespace, context=self._context, start_parameter_services=False, enable_rosout=False
-            )
+            node = self._make_node(*split_name(end.node), enable_rosout=False)
             self._others[end.node] = node
             self._executor.add_node(node)
         return self._others[end.node]
 
+    def _make_node(self, namespace: str, name: str, **options: Any) -> Any:
+        from rclpy.node import Node
+
+        return Node(name, namespace=namespace, context=self._context, start_parameter_services=False, **options)
+
     def _wait_for_executor(self) -> None:
-        """Wait until the executor has released destroyed endpoints; before that, their topic cannot get another type."""
+        """Wait until the executor has released destroyed endpoints; until then, their topic cannot get another type."""
         gone = threading.Event()
         self._executor.create_task(gone.set)
         gone.wait(_PATIENCE)
@@ -236,7 +233,7 @@ class RclTransport(RosNode):
             try:
                 self._executor.spin_once()
             except InvalidHandle:
-                continue  # of a writer or reader that was closed just then
+                continue  # a writer or reader was closed at this moment
             except Exception:
                 if not failed:
                     _log.exception("rclpy could not take a message; further errors are not reported")
@@ -250,7 +247,7 @@ def _pairs(services: Iterable[tuple[str, list[str]]]) -> list[tuple[str, str]]:
 
 @contextlib.contextmanager
 def discovery(domain: Domain) -> Iterator[None]:
-    """Return a context in which the environment variables have the discovery range of `domain`; rclpy.Context reads them."""
+    """Return a context in which the environment variables that rclpy.Context reads give the discovery range of `domain`."""
     wanted = {
         "ROS_AUTOMATIC_DISCOVERY_RANGE": domain.discovery_range,
         "ROS_STATIC_PEERS": ";".join(domain.static_peers),

@@ -13,15 +13,15 @@ class RclEnd(RosEnd):
     """An endpoint that owns an rclpy object."""
 
     kind: str
-    """Kind of the rclpy object, as in the names of rclpy methods: `publisher` for `create_publisher`."""
+    """Kind of the rclpy object as in rclpy's method names: `publisher` for `create_publisher`."""
 
     def __init__(self, name: str, remove: Remove) -> None:
         super().__init__(name, remove)
         self.entity: Any = None
-        """The rclpy object, such as a Publisher; None when the endpoint is closed."""
+        """The rclpy object, such as a Publisher; None after the endpoint is closed."""
 
     def end(self) -> None:
-        """Drop the rclpy object, which was destroyed; `opened` raises an error from now on."""
+        """Drop the destroyed rclpy object; from now on, `opened` raises an error."""
         self.entity = None
 
     def opened(self) -> Any:
@@ -49,7 +49,8 @@ class RclWriter(RclEnd):
     def write(self, data: bytes) -> None:
         """Send a message.
 
-        With rmw_cyclonedds_cpp and the history keepAll, an unresponsive reader blocks this call for 10 s; then it is dropped.
+        With rmw_cyclonedds_cpp and the history keepAll, an unresponsive reader blocks this call for 10 s; then the RMW drops the
+        reader.
 
         Raises:
             TransportError: rclpy refuses the message, or the writer is closed.
@@ -69,19 +70,19 @@ class RclWriter(RclEnd):
 class RclReader(RclEnd):
     """A reader with an rclpy subscription.
 
-    While any publisher on the topic has a different definition of the type, all messages are dropped: rclpy does not report
-    which publisher sent a message.
+    While any publisher on the topic has a different definition of the type, the reader drops all messages, because rclpy does
+    not report the publisher of a message.
 
     Args:
         name: name of the topic.
         remove: called when the reader is closed.
-        fits: returns whether all publishers on the topic have the same definition of the type as this reader.
+        fits: returns whether all publishers on the topic define the type as this reader does.
         deliver: called with each message.
     """
 
     kind = "subscription"
     publishers = -1
-    """Number of publishers when their definitions were last compared."""
+    """Number of publishers at the last comparison of definitions."""
     agrees = True
 
     def __init__(self, name: str, remove: Remove, fits: Callable[[RclReader], bool], deliver: Deliver) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,9 +14,9 @@ from graphengine.ros.network_graph import Endpoint
 from graphengine.ros.transports.rcl.installation import folders_of
 
 UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
-"""Node name that rclpy gives an endpoint whose process has not announced its nodes yet."""
+"""Node name in rclpy for an endpoint whose process has not announced its nodes yet."""
 _NO_NODE = "_CREATED_BY_BARE_DDS_APP_"
-"""Node name that rclpy gives an endpoint of a process that is no ROS 2 program."""
+"""Node name in rclpy for an endpoint of a process that is not a ROS 2 program."""
 
 
 def to_profile(qos: QoS) -> Any:
@@ -66,19 +67,11 @@ def _qos(profile: Any) -> QoS:
     )
 
 
-_NAMES: Mapping[str, str] = {
-    "keepLast": "KEEP_LAST",
-    "keepAll": "KEEP_ALL",
-    "reliable": "RELIABLE",
-    "bestEffort": "BEST_EFFORT",
-    "volatile": "VOLATILE",
-    "transientLocal": "TRANSIENT_LOCAL",
-    "automatic": "AUTOMATIC",
-    "manualByTopic": "MANUAL_BY_TOPIC",
-}
-"""rclpy's names for the values of QoS policies."""
-_WORDS: Mapping[str, Any] = {name: word for word, name in _NAMES.items()}
-"""Values of QoS policies by rclpy's names; other names, such as UNKNOWN, mean `systemDefault`."""
+_VALUES = ("keepLast", "keepAll", "reliable", "bestEffort", "volatile", "transientLocal", "automatic", "manualByTopic")
+_NAMES: Mapping[str, str] = {value: re.sub("(?=[A-Z])", "_", value).upper() for value in _VALUES}
+"""rclpy's name of each value of a QoS policy, such as KEEP_LAST for `keepLast`."""
+_WORDS: Mapping[str, Any] = {name: value for value, name in _NAMES.items()}
+"""Value of a QoS policy for each of rclpy's names; all other names, such as UNKNOWN, mean `systemDefault`."""
 
 
 def _seconds(time: Any) -> float:
@@ -93,13 +86,13 @@ _PARTS_OF_ACTIONS = {
     "GetResult": "GetResultService",
     "FeedbackMessage": "FeedbackMessage",
 }
-"""Attribute of the `Impl` of a Python action class, by suffix of the service or message type."""
+"""Attribute of a Python action class's `Impl` for each suffix of a service or message type."""
 
 
 def ros_class(kind: str, *, service: bool) -> Any:
     """Return the Python class of a message or service type, or of a part of an action such as `…/action/Fibonacci_SendGoal`.
 
-    Only packages that rosidl generated are imported, because the name of a type may come from the network.
+    Only packages that rosidl generated are imported, because a type name may come from the network.
 
     Raises:
         AttributeError, ImportError: the package or the type is not installed.

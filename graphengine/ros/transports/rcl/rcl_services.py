@@ -1,6 +1,6 @@
-"""Service servers and clients of the rclpy transport. They use encoded messages, and a server can respond at any time.
+"""Service servers and clients of the rclpy transport, with encoded messages; a server can respond at any time.
 
-Normally, the callback of an rclpy service returns the response; rclpy passes it to `send_response` with the header of the
+Normally, the callback of an rclpy service returns the response, which rclpy passes to `send_response` with the header of the
 request. Here, the callback returns the request, and `send_response` is replaced: the replacement delivers the request and
 keeps the header for the response.
 """
@@ -24,7 +24,7 @@ from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd
 _log = logging.getLogger(__name__)
 _warnings_lock = threading.Lock()
 _ATTEMPTS = 20
-"""Attempts to send a response; each of them waits up to 0.1 s in the RMW until the client's reader is discovered."""
+"""Number of attempts to send a response; in each, the RMW waits up to 0.1 s for the discovery of the client's reader."""
 
 
 class _RclService(RclEnd):
@@ -33,7 +33,7 @@ class _RclService(RclEnd):
     Args:
         name: name of the service.
         remove: called when the endpoint is closed.
-        deliver: called with each encoded request and its identity, or each encoded response and the number of its call.
+        deliver: called with identity and bytes of each request, or with call number and bytes of each response.
         node: rclpy node that looks up the peers.
     """
 
@@ -68,15 +68,15 @@ class _RclService(RclEnd):
 
 
 class RclServer(_RclService):
-    """A service server with an rclpy service; it can send a response at any time after the request.
+    """A service server with an rclpy service, which can send a response at any time after the request.
 
-    A server can discover a client's writer, and so receive a request, before it discovers the client's reader. The RMW then
-    drops a response after 0.1 s; the remaining attempts are made in the transport's thread.
+    A server can receive a request from a client whose reader it has not discovered yet. The RMW then drops a response after
+    0.1 s; the transport's thread makes the remaining attempts.
 
     Args:
         name: name of the service.
         remove: called when the server is closed.
-        deliver: called with each encoded request and its identity.
+        deliver: called with identity and bytes of each request.
         node: rclpy node that looks up the peers.
         later: called with a function to run in the transport's thread.
     """
@@ -99,7 +99,7 @@ class RclServer(_RclService):
         """Headers of unanswered requests."""
 
     def begin(self) -> None:
-        """Replace `send_response`, and start to deliver requests; called when rclpy has created the service."""
+        """Replace `send_response` and start to deliver requests; called after rclpy has created the service."""
         self.entity.send_response = self._receive
         self._begun.set()
 
@@ -132,7 +132,7 @@ class RclServer(_RclService):
         if entity is None:  # closed since the first attempt
             return
         with _warnings_lock, warnings.catch_warnings(record=True) as dropped:
-            # By a warning alone, rclpy reports that the client's reader is not discovered.
+            # A warning is rclpy's only report that the client's reader is not discovered.
             warnings.simplefilter("always", RuntimeWarning)
             Service.send_response(entity, response, header)
         if not dropped:
@@ -155,7 +155,7 @@ class RclClient(_RclService):
     def __init__(self, name: str, remove: Remove, deliver: DeliverResponse, node: Any) -> None:
         super().__init__(name, remove, deliver, node)
         self._calls = Calls(self._give_up)
-        """rclpy futures of unanswered calls; a call that is discarded here is removed from rclpy too."""
+        """rclpy futures of unanswered calls; a call that `Calls` discards is removed from rclpy too."""
 
     @property
     def ready(self) -> bool:

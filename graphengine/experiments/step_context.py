@@ -1,4 +1,4 @@
-"""The session and the programs of one run of a scenario, which its steps use."""
+"""The context in which the steps of a scenario are executed."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from graphengine.experiments.programs import Programs
 
 
 @dataclass
-class Stage:
-    """The session and the programs of one run.
+class StepContext:
+    """The session and the programs of one run of a scenario.
 
     Attributes:
         session: the session.
