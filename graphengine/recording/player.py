@@ -86,8 +86,8 @@ class RecordingPlayer:
         self._at: int | None = 0
         """Number of the last tick that the session has run; None if the session is in the middle of a tick."""
         self._head = self._shown = self._visited = self._keep(0)
-        """Checkpoints: `_head` is after the last replayed tick, `_shown` at or shortly before the shown tick, `_visited` after the
-        last tick of `visit`."""
+        """Checkpoints: `_head` is after the last replayed tick, `_shown` at or shortly before the shown tick, `_visited` is after
+        the last tick of `visit`."""
         self._checkpoints = [self._head]
 
     def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:

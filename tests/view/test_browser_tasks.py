@@ -219,3 +219,48 @@ def test_an_object_is_moved_to_numbers_values_are_copied_and_a_camera_is_seen_la
         copied = seen(sim, look)
         assert copied == pytest.approx(-1.0, abs=0.05)
         assert sim.body("box_01").pose.position[0] == pytest.approx(0.5, abs=0.05)
+
+
+def test_the_page_says_why_a_robot_stands_and_shows_the_evidence(tmp_path: Path) -> None:
+    def look(page: Any) -> Any:
+        choose(page, "robot", "dd100")
+        page.click("text=Why does it stand?")
+        until(
+            page,
+            "document.querySelector('#why .sentence').textContent.startsWith('nobody publishes on /dd100_0000/cmd_vel')",
+        )
+        page.click("#why summary")
+        return page.inner_text("#why ul")
+
+    with session("dd100_flat", rays="mujoco", log=lambda *message: None) as sim:
+        evidence = seen(sim, look)
+    assert "front_left_wheel_joint: at " in evidence
+    assert "dd100/cmd_vel/DiffController.velocityCommand = (0, 0) rad/s" in evidence
+
+
+def test_an_edited_value_is_written_to_its_file_and_taken_back(tmp_path: Path) -> None:
+    graph = "graph: one\nnodes:\n  Tick: OnPlaybackTick\n  Limit: {type: ConstantDouble, inputs: {value: 1.3}}  # m/s\n"
+    (tmp_path / "one.yaml").write_text(graph, encoding="utf-8")
+
+    def look(page: Any) -> Any:
+        choose(page, "graph", "one")
+        page.click('[data-node="Limit"]')
+        field = 'tr[data-port="Limit.inputs:value"] input'
+        until(page, f"document.querySelector('{field}')?.value === '1.3'")
+        page.fill(field, "0.2")
+        page.press(field, "Enter")
+        page.click(".save button")
+        until(page, "document.querySelector('.save .change').textContent.startsWith('value: 1.3 -> 0.2 in ')")
+        before = (tmp_path / "one.yaml").read_text(encoding="utf-8")
+        page.click(".save >> text=Write")
+        until(page, "document.querySelector('div.save .change')?.textContent.startsWith('value: 1.3 -> 0.2 in ')")
+        written = (tmp_path / "one.yaml").read_text(encoding="utf-8")
+        page.click("text=Undo")
+        until(page, "document.querySelector('div.save button')?.textContent === 'Redo'")
+        return before, written, (tmp_path / "one.yaml").read_text(encoding="utf-8")
+
+    with session(tmp_path / "one.yaml", log=lambda *message: None) as sim:
+        sim._runner.session.edits = True
+        before, written, undone = seen(sim, look)
+    assert before == undone == graph
+    assert written == graph.replace("1.3", "0.2")

@@ -3,6 +3,7 @@ import { command, on, tell } from "./connection.js";
 import { $, brief, element, note, place, put, putValue, showDetail, steady, valueCell } from "./elements.js";
 import { details, graphFacts, problemOf } from "./graphs.js";
 import { isPlotted, plot } from "./plots.js";
+import { changePart, savePart } from "./save.js";
 import { onSelect, selected } from "./selection.js";
 import { onTab } from "./tabs.js";
 
@@ -34,7 +35,7 @@ function showNode(name, facts) {
   }
   const problem = element("div", "", "problem-box", { id: "problem" });
   $("node-side").replaceChildren(
-    element("h2", name), note(facts.type), place(facts.place, facts.copy), problem, table);
+    element("h2", name), note(facts.type), place(facts.place, facts.copy), changePart(), problem, table);
   showProblem();
 }
 
@@ -113,7 +114,7 @@ function edit(line, name, one) {
     if (event.key === "Enter") setValue();
   };
   // A typed value is set also when Tab or a click leaves the field; a refused one stays, beside the reason.
-  const address = `${selected.graph}/${name}.${one.name}`;
+  const address = `${selected.graph}/${name}.${one.name}`, edited = element("span", "", "edited");
   field.oninput = () => { field.dataset.typed = "true"; };
   field.onblur = () => setValue();
   async function setValue() {
@@ -126,10 +127,11 @@ function edit(line, name, one) {
     put(reason, error ?? "");
     field.toggleAttribute("aria-invalid", Boolean(error));
     if (error) field.dataset.typed = "refused";
+    else edited.replaceChildren(savePart(address));
     if (error && !field.isConnected) tell("notice", error); // another node is shown meanwhile
   }
   wrong.append(reason);
-  line.children[1].append(field, element("span", "", "edited")); // the place of what belongs to an edited value
+  line.children[1].append(field, edited);
   return wrong;
 }
 

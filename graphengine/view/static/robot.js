@@ -4,6 +4,7 @@ import { $, button, element, note, put, putValue, showDetail, valueCell } from "
 import { jointTable } from "./joints.js";
 import { onSelect, select, selected } from "./selection.js";
 import { showTopicsOf } from "./topics.js";
+import { whyPart } from "./why.js";
 
 const NUMBERS = [["x", "x", "m"], ["y", "y", "m"], ["z", "z", "m"], ["heading", "heading", "°"],
   ["speed", "speed", "m/s"], ["turn", "turn rate", "rad/s"]];
@@ -36,8 +37,7 @@ function show() {
   if (robot) joints = jointTable(robot);
   const facts = robot ? [`prim ${robot.prim}`, `namespace ${robot.namespace ? `/${robot.namespace}` : "none"}`, robot.use && `file ${robot.use}`] : [];
   side.replaceChildren(element("h2", selected.robot), ...facts.filter(Boolean).map(note),
-    element("div", "", "", { id: "why" }), // the place of the answer why a robot stands
-    table, moveForm(selected.robot), actions, ...(joints?.parts ?? []));
+    ...(robot ? [whyPart(robot.name)] : []), table, moveForm(selected.robot), actions, ...(joints?.parts ?? []));
   showNumbers();
 }
 
