@@ -7,20 +7,23 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
 from types import CodeType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graphengine.format.errors import UsageError
+from graphengine.devices.stage import Prim
+from graphengine.format.errors import GraphError, UsageError
+from graphengine.format.wording import unknown
 from graphengine.messages import messages
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.runtime.addresses import find_port_at, find_variable_at
 from graphengine.sandbox.expressions import FUNCTIONS, FieldGuard, ForbiddenError, compiled
 from graphengine.view.live_topics import LARGEST, Listen, Newest
+from graphengine.view.value_parts import BodyPose, BodyVelocity, numbers_in
 from graphengine.view.wire import PlotSamples
 
 if TYPE_CHECKING:
@@ -34,8 +37,14 @@ MAX_STEPS = 20_000
 """Maximum number of steps of one evaluation of an expression."""
 MAX_SAMPLES = 20_000
 """Maximum number of unsent samples; if there are more, the oldest are discarded."""
-MOST_CHOICES, MOST_ELEMENTS = 200, 8
-"""Maximum number of parts to offer of a value that is not a number, and of elements of an array."""
+MOST_CHOICES = 200
+"""Maximum number of parts to offer of a value that is not a number."""
+
+
+Evaluate = Callable[[], Any]
+"""Function that returns the value of an expression."""
+_PART = re.compile(r'(port|variable|message|pose|velocity)\("([^"\\]*)"\)((?:\.[a-z]\w*|\[\d+\])*)', re.ASCII)
+_STEP = re.compile(r"\.(\w+)|\[(\d+)\]")
 
 
 class _NoValueError(Exception):
@@ -43,23 +52,11 @@ class _NoValueError(Exception):
 
 
 class _PlotGuard(FieldGuard):
-    """A guard with fewer steps, because an expression is evaluated in each tick."""
+    """A guard with fewer steps, because expressions are evaluated in each tick."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def renew(self) -> None:
+        """Allow all steps again, for the next evaluation."""
         self._left = MAX_STEPS
-
-
-@dataclass(frozen=True, slots=True)
-class _Pose:
-    position: tuple[float, ...]
-    orientation: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Velocity:
-    linear: tuple[float, ...]
-    angular: tuple[float, ...]
 
 
 class _Seen:
@@ -99,10 +96,20 @@ class PlotValues:
         self._session = session
         self._definitions = definitions
         self._listen = listen
-        self._codes: dict[str, CodeType | None] = {}
+        self._guard = _PlotGuard()
+        self._names: dict[str, Any] = {
+            **FUNCTIONS,
+            "port": self._port,
+            "variable": self._variable,
+            "message": self._message,
+            "pose": self._pose,
+            "velocity": self._velocity,
+            "time": lambda: session.time,
+        }
+        self._codes: dict[str, Evaluate | None] = {}
         """Compiled expressions; None for one that cannot be evaluated."""
-        self._readings: dict[tuple[str, str], Callable[[], Any]] = {}
-        """Functions that read ports and variables, by kind and address, or that raise why this is impossible."""
+        self._readings: dict[tuple[str, str], Any] = {}
+        """Handles to ports, variables and bodies, by kind and address, or the error that says why there is none."""
         self._seen: _Seen | None = None
         self._topics: dict[str, Newest] = {}
         """Subscriptions to the topics of expressions."""
@@ -173,24 +180,46 @@ class PlotValues:
         self._times, self._values = [], {text: [] for text in self._codes}
         return taken
 
-    def _compiled(self, text: str) -> CodeType | None:
+    def _compiled(self, text: str) -> Evaluate | None:
         self.status.pop(text, None)
         try:
             if len(text) > MAX_EXPRESSION:
                 raise UsageError(f"an expression may have at most {MAX_EXPRESSION} characters")
             if len(self._codes) >= MAX_SERIES and text not in self._codes:
                 raise UsageError(f"at most {MAX_SERIES} values can be plotted; remove others")
-            return compiled(text, known=(*self._names(), *FUNCTIONS))
+            return self._direct(text) or self._guarded(compiled(text, known=self._names))
         except SyntaxError as error:
             self.status[text] = {"error": f"not an expression: {error.msg}"}
         except (ForbiddenError, ValueError, UsageError) as error:
             self.status[text] = {"error": str(error)}
         return None
 
-    def _number(self, text: str, code: CodeType) -> float | None:
+    def _guarded(self, code: CodeType) -> Evaluate:
+        def evaluate() -> Any:
+            self._guard.renew()
+            return self._guard.evaluate(code, self._names)
+
+        return evaluate
+
+    def _direct(self, text: str) -> Evaluate | None:
+        """Return a faster function for an expression that only reads a part of a value; None for other expressions."""
+        found = _PART.fullmatch(text)
+        if found is None:
+            return None
+        read, argument, steps = self._names[found[1]], found[2], _STEP.findall(found[3])
+
+        def evaluate() -> Any:
+            value = read(argument)
+            for name, index in steps:
+                value = self._guard.attribute(value, name) if name else value[int(index)]
+            return value
+
+        return evaluate
+
+    def _number(self, text: str, code: Evaluate) -> float | None:
         """Return the value of an expression; None without a value, or if the value is not a finite number."""
         try:
-            value = _PlotGuard().evaluate(code, {**FUNCTIONS, **self._names()})
+            value = code()
         except _NoValueError:
             return None
         except Exception as error:  # functions and operators fail in many ways on unexpected values
@@ -200,45 +229,48 @@ class PlotValues:
             self.status.pop(text, None)
             return float(value) if math.isfinite(value) else None
         if text not in self.status:
-            choices = [suffix for suffix, _ in zip(_numbers(value), range(MOST_CHOICES), strict=False)]
+            choices = [suffix for suffix, _ in zip(numbers_in(value), range(MOST_CHOICES), strict=False)]
             kind = "text" if isinstance(value, str) else type(value).__name__
             self.status[text] = {"choices": choices} if choices else {"error": f"{kind} is not a number"}
         return None
 
-    def _names(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions that expressions may call in addition to `FUNCTIONS`."""
-        return {
-            "port": self._port,
-            "variable": self._variable,
-            "message": self._message,
-            "pose": self._pose,
-            "velocity": self._velocity,
-            "time": lambda: self._session.time,
-        }
-
     def _port(self, address: str) -> Any:
-        return self._read("port", address, lambda: find_port_at(self._session.graphs, address))
+        return self._read("port", address, lambda: find_port_at(self._session.graphs, address)).value
 
     def _variable(self, address: str) -> Any:
         graph, _, name = address.rpartition("/")
-        return self._read("variable", address, lambda: find_variable_at(self._session.graphs, graph, name))
+        return self._read("variable", address, lambda: find_variable_at(self._session.graphs, graph, name)).value
+
+    def _pose(self, body: str) -> BodyPose:
+        return BodyPose(*self._read("pose", body, lambda: self._session.services.world.frame(self._prim(body))).pose())
+
+    def _velocity(self, body: str) -> BodyVelocity:
+        read = self._read("velocity", body, lambda: self._session.services.world.body(self._prim(body)))
+        return BodyVelocity(*read.velocity())
+
+    def _prim(self, body: str) -> Prim:
+        """Return the prim of a robot or object, or with a prim path."""
+        services = self._session.services
+        names = {entity.name: entity.prim_path for entity in services.world.entities.all()}
+        if body not in names and not body.startswith("/"):
+            raise UsageError(unknown("entity", body, names))
+        return services.stage.find(names.get(body, body))
 
     def _read(self, kind: str, address: str, find: Callable[[], Any]) -> Any:
+        """Return the handle to a value, which is looked up once; raise UsageError if the lookup failed."""
         if not isinstance(address, str):
-            raise UsageError(f"{kind}: the argument is a text, the address of a {kind}")
-        if (kind, address) not in self._readings:
+            raise UsageError(f"{kind}: the argument is a text, the address of what is read")
+        key = kind, address
+        if key not in self._readings:
             try:
-                found = find()
-            except UsageError as error:
-                raised = str(error)
-                self._readings[kind, address] = lambda: _fail(raised)
-            else:
-                self._readings[kind, address] = lambda: found.value
-        return self._readings[kind, address]()
+                self._readings[key] = find()
+            except GraphError as error:
+                self._readings[key] = error
+        if isinstance(self._readings[key], GraphError):
+            raise UsageError(str(self._readings[key]))
+        return self._readings[key]
 
     def _message(self, topic: str) -> Any:
-        if not any(claim.topic == topic and not claim.is_service for claim in self._session.services.claims):
-            raise UsageError(f"no graph of this session publishes or receives {topic}")
         kind, data = self._newest(topic)
         if data is None:
             raise _NoValueError
@@ -250,33 +282,12 @@ class PlotValues:
 
     def _newest(self, topic: str) -> tuple[str, bytes | None]:
         """Return the type of a topic and its newest message."""
-        if self._listen is None:
-            return self._seen.found.get(topic, ("", None)) if self._seen is not None else ("", None)
-        if topic not in self._topics:
+        if topic in self._topics:
+            return self._topics[topic].type, self._topics[topic].latest_data
+        if self._seen is not None and topic in self._seen.found:
+            return self._seen.found[topic]
+        if not any(claim.topic == topic and not claim.is_service for claim in self._session.services.claims):
+            raise UsageError(f"no graph of this session publishes or receives {topic}")
+        if self._listen is not None:
             self._topics[topic] = self._listen(topic)
-        return self._topics[topic].type, self._topics[topic].latest_data
-
-    def _pose(self, body: str) -> _Pose:
-        state = self._session.services.world.entities.state(body)
-        return _Pose(state.position, state.orientation)
-
-    def _velocity(self, body: str) -> _Velocity:
-        state = self._session.services.world.entities.state(body)
-        return _Velocity(state.linear_velocity, state.angular_velocity)
-
-
-def _fail(text: str) -> None:
-    raise UsageError(text)
-
-
-def _numbers(value: Any, suffix: str = "", depth: int = 0) -> Iterator[str]:
-    """Yield the suffixes of an expression, such as `.position.x` or `[0]`, that select the numbers in its value."""
-    if isinstance(value, bool | int | float | np.number | np.bool_):
-        yield suffix
-    elif depth < 8 and is_dataclass(value):
-        for field in fields(value):
-            if not field.name.startswith("_"):
-                yield from _numbers(getattr(value, field.name), f"{suffix}.{field.name}", depth + 1)
-    elif depth < 8 and isinstance(value, list | tuple | np.ndarray):
-        for index, part in enumerate(value[:MOST_ELEMENTS]):
-            yield from _numbers(part, f"{suffix}[{index}]", depth + 1)
+        return "", None

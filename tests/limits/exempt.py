@@ -152,6 +152,7 @@ BOUNDS_NO_INPUT = {
     "what a picture or the page shows": (
         "api.recording_view.LONGEST_SEEK",
         "api.recording_view.MOST_POINTS",
+        "view.plot_values.MOST_CHOICES",
         "physics.views.views.FARTHEST",
         "physics.views.views.LARGEST",
         "view.scene.body_dragging.FARTHEST",

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 ORIGIN = np.zeros(3, np.float32)
 BEGIN, STIR = 2.0, 2e-4
-"""Wall time after a viewer connects in which its browser may set the camera itself, s, and distance by which a camera at rest moves
-once per `AGAIN`, m: a browser that still starts loses poses, and viser sends no pose that equals the previous one."""
+"""Wall time after a viewer connects in which its browser may set the camera itself, s, and distance by which a camera at rest
+moves once per `AGAIN`, m: a browser that still starts loses poses, and viser sends no pose that equals the previous one."""
 UNTOUCHED = 0.25
 """Wall time for which the camera does not follow after the viewer last turned it, s; following would undo the turn."""
 AGAIN = 1.0
