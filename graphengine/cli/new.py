@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun new` to its parser."""
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder to create; it must be empty or not exist")
     description = "robot description file (default: use the included Clearpath Dingo-D)"
-    parser.add_argument("--from", metavar="URDF|XACRO|SDF|MJCF", dest="file", help=description)
+    parser.add_argument("--from", metavar="URDF|XACRO|SDF|MJCF|USD", dest="file", help=description)
     parser.add_argument("--world", choices=WORLDS, help="world of the scene (default: table for an arm, else flat)")
     import_urdf.add_source_arguments(parser)
 

@@ -76,7 +76,8 @@ def write_robot(
     masses = inertials(description, free=free_link is not None, findings=findings)
     every = (shape for link in description.links.values() for shape in link.shapes)
     meshes = [(mesh.element, shape.visual) for shape in every if isinstance(mesh := shape.geometry, Mesh)]
-    files = library.meshes(meshes, description.packages)
+    inside = description.usd.meshes if description.usd is not None else {}
+    files = library.meshes(meshes, description.packages, inside)
     shapes = {name: list(_parts(link.shapes, files, findings)) for name, link in description.links.items()}
     if len(findings.errors) > before or not library.add_memory(_memory(description, shapes, library, more), "S103"):
         return None

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.joint_commands import KINDS, JointCommands
 from graphengine.descriptions.robot_description import Joint
-from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
+from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo, stated_drive, stated_kind
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotWheel
 from graphengine.descriptions.robot_files.entries import DriveKeys, JointKeys
+from graphengine.descriptions.usd_model import StatedDrive
 from graphengine.format.wording import printable
 
 _SPEED_ERROR = 0.01
@@ -62,7 +63,11 @@ def add_drives(
         entry = draft.joints[joint.name]
         if (drive := _drive(draft, joint, decision.kind, wheels, drivetrain)) is not None:
             entry.value["drive"] = drive
-        if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
+        if (
+            decision.kind == "position"
+            and _own_gains(draft, joint, "position") is None
+            and (drivetrain is None or joint not in drivetrain.steering)
+        ):
             draft.servos.append(joint.name)
         if decision.why == _CASTERS:
             entry.value["armature"] = gain(_LIGHTEST * draft.description.mass * carrying[joint.name] ** 2)
@@ -139,13 +144,16 @@ def _decide(
     drivetrain: Drivetrain | None,
     carrying: Collection[str],
 ) -> _Decision:
-    command = commands.get(joint.name)
+    command, stated = commands.get(joint.name), _stated(draft, joint)
+    told = stated_kind(joint, stated) if stated is not None else None
     kinds = command.ranges if command is not None else {}
     source = f"commanded by {drivetrain.base.source}" if drivetrain is not None and not drivetrain.base.guessed else ""
     if drivetrain is not None and joint.name in [wheel.joint for wheel in drivetrain.wheels]:
         return _of_base("velocity", "driven wheels of the base", kinds, source)
     if drivetrain is not None and joint in drivetrain.steering:
         return _of_base("position", "they steer wheels of the base", kinds, source)
+    if told is not None and stated is not None and (stated.commands or not _rolls(joint, wheels)):
+        return _Decision(*told)
     if command is not None and kinds:
         kind = next(kind for kind in KINDS if kind in kinds)
         if "velocity" in kinds and joint.limits is None:
@@ -164,11 +172,29 @@ def _decide(
         return _Decision("free", "swivels of casters", guessed=True)
     if joint.name in carrying and joint.limits is None:
         return _Decision("free", _CASTERS, guessed=True)
+    if told is not None:
+        return _Decision(*told)
     if joint.type == "continuous" and "wheel" in joint.name.lower():
         return _Decision("velocity", "wheels by their names, though not by their colliders", guessed=True)
     if joint.effort is not None:
         return _Decision("position", "a limit of effort suggests a motor, which holds them", guessed=True)
     return _Decision("free", "nothing suggests a motor", guessed=True)
+
+
+def _stated(draft: Draft, joint: Joint) -> StatedDrive | None:
+    """Return what a USD stage says about a joint's drive; None for other descriptions."""
+    return draft.description.usd.drives.get(joint.name) if draft.description.usd is not None else None
+
+
+def _own_gains(draft: Draft, joint: Joint, kind: str) -> DriveKeys | None:
+    """Return the drive of a joint with the gains of a USD stage; None if it has none that suit the kind of drive."""
+    stated = _stated(draft, joint)
+    return stated_drive(joint, stated, kind) if stated is not None and kind in ("position", "velocity") else None
+
+
+def _rolls(joint: Joint, wheels: Sequence[RobotWheel]) -> bool:
+    """Return whether a joint turns a wheel on the floor, or swivels one."""
+    return any(joint.name in (wheel.joint, wheel.swivel) for wheel in wheels)
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
@@ -191,6 +217,8 @@ def _drive(
     """Return the drive of a joint in the robot file; None for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in driven if wheel.joint == joint.name), None)
+    if (own := _own_gains(draft, joint, kind)) is not None:
+        return own
     radii = [each.radius for each in wheels if not each.caster] or [each.radius for each in driven]
     scrub = draft.description.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
     if kind == "velocity":

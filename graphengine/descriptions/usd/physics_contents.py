@@ -1,0 +1,211 @@
+"""The plain data of a stage's physics that the confined process returns, in SI units with z up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3
+
+Kind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "plane"]
+
+
+@dataclass(slots=True)
+class StageShape:
+    """A geometric prim of a body, or of the world.
+
+    Attributes:
+        path: path of the prim.
+        kind: form; forms that have no other name are meshes. A plane is endless.
+        sizes: edges of a box, or radius and length of a sphere, cylinder or capsule about z, m; empty for others.
+        pose: pose in the world.
+        mesh: index of the mesh in `PhysicsContents.meshes`; -1 for other forms.
+        approximation: `physics:approximation` of a mesh collider.
+        solid: whether it collides; else it is only drawn.
+        colour: red, green, blue and opacity from 0 to 1; None without a material or display colour.
+        material: path of the physics material; empty without one.
+        mass: mass that its own MassAPI gives, kg; 0 without one.
+        density: density by its own MassAPI, else by its material, kg/m3; 0 without one.
+        outranks: whether its own MassAPI gives the density, which then replaces the density of the body.
+    """
+
+    path: str
+    kind: Kind
+    sizes: list[float]
+    pose: Pose = NOWHERE
+    mesh: int = -1
+    approximation: str = ""
+    solid: bool = False
+    colour: tuple[float, float, float, float] | None = None
+    material: str = ""
+    mass: float = 0.0
+    density: float = 0.0
+    outranks: bool = False
+
+
+@dataclass(slots=True)
+class StageBody:
+    """A prim with RigidBodyAPI.
+
+    Attributes:
+        path: path of the prim.
+        pose: pose in the world.
+        mass: mass, kg; 0 if the stage leaves it to the shapes.
+        density: density of its shapes, kg/m3; 0 if it is not given.
+        centre: centre of mass in the frame of the body, m; None if it is not given.
+        moments: principal moments of inertia, kg m2; None if they are not given.
+        axes: rotation from the principal axes to the frame of the body.
+        shapes: shapes of the body.
+        gravity: whether gravity acts on it.
+        kinematic: whether it is not moved by forces.
+    """
+
+    path: str
+    pose: Pose
+    mass: float = 0.0
+    density: float = 0.0
+    centre: Vector3 | None = None
+    moments: Vector3 | None = None
+    axes: tuple[float, float, float, float] = NOWHERE[1]
+    shapes: list[StageShape] = field(default_factory=list)
+    gravity: bool = True
+    kinematic: bool = False
+
+
+@dataclass(slots=True)
+class StageDrive:
+    """A DriveAPI in SI units; `acceleration` means that the gains are for a unit of inertia."""
+
+    stiffness: float = 0.0
+    damping: float = 0.0
+    max_force: float | None = None
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: bool = False
+
+
+@dataclass(slots=True)
+class StageJoint:
+    """A joint of UsdPhysics.
+
+    Attributes:
+        path: path of the prim.
+        kind: type of the joint: revolute, prismatic, fixed, or another that is not simulated.
+        bodies: paths of the two bodies; empty for the world.
+        frames: pose in the world of the joint's frame on each body.
+        axis: axis in the frame of the joint.
+        lower: lower limit, rad or m; None without one.
+        upper: upper limit, rad or m; None without one.
+        enabled: whether the joint holds its bodies.
+        in_tree: whether an articulation may contain the joint.
+        drive: its drive; None without one.
+        armature: inertia of the rotor, kg m2 or kg.
+        friction: friction of the joint, N m or N.
+        damping: viscous friction of the joint, N m s/rad or N s/m.
+        max_velocity: maximum velocity, rad/s or m/s; None without one.
+        leader: path of the joint that it mimics; empty without one.
+        multiplier: factor of the leader's position.
+        offset: its position when that of the leader is zero, rad or m.
+        position: position by JointStateAPI, rad or m; None if it is not given.
+        remarks: properties that are not simulated.
+    """
+
+    path: str
+    kind: str
+    bodies: tuple[str, str]
+    frames: tuple[Pose, Pose]
+    axis: Vector3 = (1.0, 0.0, 0.0)
+    lower: float | None = None
+    upper: float | None = None
+    enabled: bool = True
+    in_tree: bool = True
+    drive: StageDrive | None = None
+    armature: float = 0.0
+    friction: float = 0.0
+    damping: float = 0.0
+    max_velocity: float | None = None
+    leader: str = ""
+    multiplier: float = 1.0
+    offset: float = 0.0
+    position: float | None = None
+    remarks: list[str] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class StageMaterial:
+    """A physics material: friction coefficients, restitution, and the rule that combines the friction of a contact."""
+
+    static_friction: float = 0.0
+    dynamic_friction: float = 0.0
+    restitution: float = 0.0
+    combine: str = "average"
+
+
+@dataclass(slots=True)
+class StageCommand:
+    """An ArticulationController: its path, its target prim, the kinds of its commands, and the names of its joints, if known."""
+
+    path: str
+    target: str
+    kinds: list[str]
+    joints: list[str] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class StageSensor:
+    """A sensor of the stage.
+
+    Attributes:
+        path: path of the prim.
+        type: type of the device, as in robot files.
+        body: path of the body that carries it; empty for the world.
+        pose: pose in the world.
+        model: name of the sensor's configuration, such as `SICK_microScan3`; empty without one.
+        focal: focal length of a camera, in the units of `aperture`.
+        aperture: width and height of the picture of a camera; zeros for other sensors.
+    """
+
+    path: str
+    type: str
+    body: str
+    pose: Pose
+    model: str = ""
+    focal: float = 0.0
+    aperture: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(slots=True)
+class PhysicsContents:
+    """The physics of a stage.
+
+    Attributes:
+        bodies: rigid bodies by path, in stage order.
+        joints: joints by path, in stage order.
+        shapes: shapes that belong to no body.
+        roots: paths of the prims with ArticulationRootAPI, and for each whether its links collide with each other.
+        materials: physics materials by path.
+        commands: controllers in the graphs of the stage.
+        sensors: sensors.
+        meshes: meshes in MuJoCo's MSH format, Base64.
+        namespaces: values of `isaac:namespace` by path.
+        names: values of `isaac:nameOverride` by path.
+        left_out: pairs (path, reason) of the parts that could not be read.
+        failure: reason why nothing was read; empty if the stage was read.
+        used: paths of the files that were read.
+        choices: variant selections, such as `/World: ros = none, of none, ros2`.
+    """
+
+    bodies: dict[str, StageBody] = field(default_factory=dict)
+    joints: dict[str, StageJoint] = field(default_factory=dict)
+    shapes: list[StageShape] = field(default_factory=list)
+    roots: dict[str, bool] = field(default_factory=dict)
+    materials: dict[str, StageMaterial] = field(default_factory=dict)
+    commands: list[StageCommand] = field(default_factory=list)
+    sensors: list[StageSensor] = field(default_factory=list)
+    meshes: list[str] = field(default_factory=list)
+    namespaces: dict[str, str] = field(default_factory=dict)
+    names: dict[str, str] = field(default_factory=dict)
+    left_out: list[tuple[str, str]] = field(default_factory=list)
+    failure: str = ""
+    used: list[str] = field(default_factory=list)
+    choices: list[str] = field(default_factory=list)

@@ -1,0 +1,158 @@
+"""Adds the drives, materials, sensors and names of a robot in a stage to its model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from graphengine.descriptions.usd.articulations import TreeJoint
+from graphengine.descriptions.usd.physics_contents import PhysicsContents, StageCommand, StageDrive
+from graphengine.descriptions.usd.usd_links import UsdLinks
+from graphengine.descriptions.usd_model import StatedDrive, StatedMaterial, StatedSensor, UsdModel
+from graphengine.devices.rotation import Vector3, relative, rotate
+from graphengine.format.prim_paths import at_or_below, prim_name
+
+
+def add_settings(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:
+    """Add what a stage says about a robot beyond its links and joints.
+
+    Args:
+        model: model of the robot; changed in place.
+        contents: physics of the stage.
+        made: links and joints of the robot.
+    """
+    tree = made.tree
+    moving = {joint.name for joint in made.joints if joint.moves}
+    for each in tree.joints:
+        name = made.names[each.joint.path]
+        if name in moving:
+            model.drives[name] = _drive(each, name, contents, made)
+    model.self_collision = any(contents.roots[root] for root in contents.roots if at_or_below(tree.root, root))
+    paths = [path for path in tree.bodies if path]
+    model.weightless = [made.names[path] for path in paths if not contents.bodies[path].gravity]
+    _materials(model, contents, made)
+    _sensors(model, contents, made)
+    for path, text in contents.names.items():
+        if path in made.frames:
+            model.overrides[made.names[path]] = text
+    for path, text in contents.namespaces.items():
+        if path in made.frames or path == tree.prim:
+            model.namespaces[made.names.get(path, "")] = text
+    for told, remarks in ((model.changed, made.changed), (model.lost, made.lost)):
+        told += [
+            (text if text.startswith("joint ") else f"{path}: {text}", made.spans.of(path)) for text, path in remarks
+        ]
+
+
+def _drive(each: TreeJoint, name: str, contents: PhysicsContents, made: UsdLinks) -> StatedDrive:
+    """Return what a stage says about the drive of a joint, including the commands of its graphs."""
+    joint, drive = each.joint, each.joint.drive or StageDrive()
+    inertia = _inertia(each, made) if drive.acceleration else 1.0
+    commanding = [command for command in contents.commands if _commands(command, joint.path, name, made)]
+    kinds = tuple(dict.fromkeys(kind for command in commanding for kind in command.kinds))
+    return StatedDrive(
+        stiffness=drive.stiffness * inertia,
+        damping=drive.damping * inertia,
+        max_force=drive.max_force,
+        position=drive.position,
+        velocity=drive.velocity,
+        commands=kinds,
+        controllers=tuple(command.path for command in commanding),
+        armature=joint.armature,
+        start=made.starts.get(name, 0.0),
+    )
+
+
+def _commands(command: StageCommand, path: str, name: str, made: UsdLinks) -> bool:
+    """Return whether a controller commands a joint: it names the joint, or no joints at all, and its target is of this robot."""
+    override = made.contents.names.get(path, "")
+    if command.joints and not {name, path.rpartition("/")[2], override} & set(command.joints):
+        return False
+    target, bodies = command.target, made.tree.bodies
+    return not target or any(at_or_below(each, target) or at_or_below(target, each) for each in (*bodies, path))
+
+
+def _inertia(each: TreeJoint, made: UsdLinks) -> float:
+    """Return the inertia (kg m2 or kg) of the links beyond a joint about or along its axis, in the positions of the stage."""
+    beyond = {each.ends[1]}
+    for other in made.tree.joints:
+        if other.ends[0] in beyond:
+            beyond.add(other.ends[1])
+    links = {made.names[path]: path for path in beyond}
+    total = 0.0
+    origin, turn = each.joint.frames[0]
+    axis = rotate(turn, each.joint.axis)
+    for link in made.links:
+        if link.name not in links or link.inertial is None:
+            continue
+        if each.joint.kind == "prismatic":
+            total += link.mass
+            continue
+        at = made.frame_in_world(links[link.name])
+        total += link.mass * _arm(_centre(at, link.inertial.pose[0]), origin, axis) ** 2
+        spin = rotate(_inverse(link.inertial.pose[1]), rotate(_inverse(at[1]), axis))
+        total += sum(
+            moment * part * part for moment, part in zip((link.inertial.moments or (0.0,) * 6)[:3], spin, strict=True)
+        )
+    return total or 1.0
+
+
+def _centre(at: tuple[Vector3, tuple[float, float, float, float]], point: Vector3) -> Vector3:
+    x, y, z = rotate(at[1], point)
+    return at[0][0] + x, at[0][1] + y, at[0][2] + z
+
+
+def _inverse(q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    return -q[0], -q[1], -q[2], q[3]
+
+
+def _arm(point: Vector3, origin: Vector3, axis: Vector3) -> float:
+    """Return the distance of a point from an axis, m."""
+    x, y, z = (a - b for a, b in zip(point, origin, strict=True))
+    u, v, w = axis
+    return math.hypot(y * w - z * v, z * u - x * w, x * v - y * u)
+
+
+def _materials(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:
+    """Add the physics materials of links; a link has that of its first collider with one."""
+    bound: dict[str, list[str]] = {}
+    for path in filter(None, made.tree.bodies):
+        solid = [shape for shape in contents.bodies[path].shapes if shape.solid]
+        found = list(dict.fromkeys(shape.material for shape in solid if shape.material))
+        if found:
+            bound.setdefault(found[0], []).append(made.names[path])
+        if len(found) > 1:
+            made.lost.append((f"of its {len(found)} physics materials only {found[0]} is used", path))
+    for name, path in _unique(bound):
+        material = contents.materials[path]
+        model.materials[name] = StatedMaterial(
+            material.static_friction,
+            material.dynamic_friction,
+            material.restitution,
+            material.combine,
+            tuple(bound[path]),
+        )
+
+
+def _sensors(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:
+    ours = {sensor.path: sensor for sensor in contents.sensors if sensor.body in made.frames and sensor.body}
+    for name, path in _unique(ours):
+        sensor = ours[path]
+        view = (0.0, 0.0)
+        if sensor.focal > 0:
+            wide, high = (math.degrees(2 * math.atan(size / (2 * sensor.focal))) for size in sensor.aperture)
+            view = wide, high
+        pose = relative(made.frame_in_world(sensor.body), sensor.pose)
+        link = made.names[sensor.body]
+        model.sensors[name] = StatedSensor(path, sensor.type, link, pose, sensor.model, view)
+
+
+def _unique(paths: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield a legal name for each path, and the path."""
+    taken: set[str] = set()
+    for path in paths:
+        name = prim_name(path.rpartition("/")[2])
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        yield name, path
