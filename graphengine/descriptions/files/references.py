@@ -7,9 +7,8 @@ their names in the XML by keys of `Library.assets`.
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from types import MappingProxyType
 
 from graphengine.descriptions.files import meshes
 from graphengine.descriptions.files.bounds import HOW_MEMORY_COUNTS, MAX_MEMORY, TOO_LARGE, weigh
@@ -61,8 +60,6 @@ class Library:
         self._included_files: dict[Path, str] = {}
         """The files inserted by `include`, with symbolic links resolved, as keys; the values are empty."""
         self._meshes: dict[MeshKind, LoadedMesh] = {}
-        self._inside: dict[bytes, str] = {}
-        """Keys of the meshes that descriptions themselves contain."""
         self._textured: set[MeshKind] = set()
         """Meshes whose files use images."""
         self._plates: dict[tuple[str, str], str] = {}
@@ -112,12 +109,7 @@ class Library:
         """Return the path of the file that has the given key in `assets` or `models`; None if there is no such file."""
         return next((path for path, known in self._keys.items() if known == key), None)
 
-    def meshes(
-        self,
-        shapes: Sequence[tuple[Element, bool]],
-        packages: Packages,
-        inside: Mapping[str, bytes] = MappingProxyType({}),
-    ) -> dict[Element, list[MeshFile]]:
+    def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
         """Load the meshes of a URDF description; return the mesh files that MuJoCo can read, by `mesh` element.
 
         A converted visual mesh may have several files, one per colour. An unreadable visual mesh is left out with a note; an
@@ -126,10 +118,7 @@ class Library:
         Args:
             shapes: (`mesh` element, whether it belongs to a visual) for each mesh.
             packages: finds the files of references.
-            inside: meshes in MSH that the description itself contains, by reference.
         """
-        found = {element: self._contained(element, visual, inside) for element, visual in shapes}
-        shapes = [(element, visual) for element, visual in shapes if element.get("filename") not in inside]
         kinds: dict[Element, MeshKind] = {}
         for element, visual in shapes:
             reference = element.get("filename")
@@ -140,24 +129,12 @@ class Library:
         self._report_missing()
         known = {element: kind for element, kind in kinds.items() if kind.visual and kind not in self._meshes}
         self._load(dict.fromkeys(kind for kind in kinds.values() if kind not in self._meshes))
-        found |= {element: self._files(element, kind) for element, kind in kinds.items()}
+        found = {element: self._files(element, kind) for element, kind in kinds.items()}
         if textured := [element for element, kind in known.items() if kind in self._textured]:
             names = listing(dict.fromkeys(element.get("filename") for element in textured), "meshes")
             text = "textures of mesh files are not drawn; plain colours are"
             self.findings.add("N103", text, textured[0].place("filename"), names)
         return found
-
-    def _contained(self, element: Element, visual: bool, inside: Mapping[str, bytes]) -> list[MeshFile]:
-        """Return the mesh files of a mesh that the description itself contains; nothing for other meshes."""
-        reference = element.get("filename")
-        if reference not in inside:
-            return []
-        self.outcomes[reference] = "unchanged"
-        data = inside[reference]
-        if data not in self._inside:
-            self._inside[data] = self.keep(reference, data)
-        file = MeshFile(self._inside[data])
-        return [file] if visual else self._solid(element, file)
 
     def _report_missing(self) -> None:
         report_missing(self._missing, self.findings)
@@ -170,9 +147,9 @@ class Library:
         if mesh.outcome == "unreadable":
             code, what = ("N103", "the visual {!r} is not drawn: {}") if kind.visual else ("S103", "{!r}: {}")
             self.findings.add(code, what.format(reference, mesh.why), element.place("filename"))
-        return mesh.files if kind.visual else [each for file in mesh.files for each in self._solid(element, file)]
+        return mesh.files if kind.visual else [each for file in mesh.files for each in self.solid(element, file)]
 
-    def _solid(self, element: Element, file: MeshFile) -> list[MeshFile]:
+    def solid(self, element: Element, file: MeshFile) -> list[MeshFile]:
         """Return the mesh file of a collider, or a plate if the mesh is flat; nothing if all its vertices lie on one line."""
         use = file.key, element.get("scale", "1 1 1")
         if use not in self._plates:

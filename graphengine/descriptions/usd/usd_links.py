@@ -37,6 +37,7 @@ class UsdLinks:
         links: links in order of the tree.
         joints: joints in the same order.
         bodies: bodies by path; an empty path stands for the world.
+        meshes: reference to each mesh of the stage.
         names: names of links and joints, by path of their prim.
         frames: pose of each link's frame in the frame of its body, by path of the body.
         starts: position of each moving joint in the stage, rad or m, by name.
@@ -47,6 +48,7 @@ class UsdLinks:
     contents: PhysicsContents
     tree: Articulation
     spans: PrimSpans
+    meshes: list[str]
     links: list[Link] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     bodies: dict[str, StageBody] = field(default_factory=dict)
@@ -123,8 +125,8 @@ class UsdLinks:
             case "capsule", [radius, length]:
                 return Capsule(radius, length)
             case "mesh", _:
-                element = Element("mesh", {"filename": reference(shape.mesh)}, self.spans.of(shape.path))
-                return Mesh(reference(shape.mesh), (1.0, 1.0, 1.0), element)
+                name = self.meshes[shape.mesh]
+                return Mesh(name, (1.0, 1.0, 1.0), Element("mesh", {"filename": name}, self.spans.of(shape.path)))
         return None
 
     def _joint(self, each: TreeJoint) -> Joint:
@@ -178,11 +180,6 @@ class UsdLinks:
             return amount
         angle = 2.0 * math.atan2(amount, moved[1][3])
         return math.remainder(angle, math.tau)
-
-
-def reference(mesh: int) -> str:
-    """Return the reference that shapes have to a mesh of a stage."""
-    return f"mesh_{mesh}.msh"
 
 
 def _named(paths: Iterable[str]) -> dict[str, str]:

@@ -6,6 +6,7 @@ The stage is opened by a confined process; nothing of the stage is executed, and
 from __future__ import annotations
 
 import base64
+import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,7 +21,7 @@ from graphengine.descriptions.usd.articulations import Articulation, articulatio
 from graphengine.descriptions.usd.physics_contents import PhysicsContents
 from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.descriptions.usd.stage_files import needed, tell_failure, tell_left_out, tell_process
-from graphengine.descriptions.usd.usd_links import UsdLinks, reference
+from graphengine.descriptions.usd.usd_links import UsdLinks
 from graphengine.descriptions.usd.usd_masses import inertial_of
 from graphengine.descriptions.usd.usd_settings import add_settings
 from graphengine.descriptions.usd_model import UsdModel
@@ -144,13 +145,14 @@ def description_of(
 ) -> RobotDescription | None:
     """Return the description of one articulation of a stage; None after an error, which is added to `findings`."""
     before, spans = len(findings.errors), PrimSpans(path)
-    made = UsdLinks(contents, tree, spans)
     data = [base64.b64decode(mesh) for mesh in contents.meshes]
+    names = [f"mesh_{hashlib.sha256(mesh).hexdigest()[:16]}.msh" for mesh in data]
+    made = UsdLinks(contents, tree, spans, names)
     for link, body in zip(made.links, tree.bodies, strict=True):
         link.inertial = inertial_of(made.bodies[body], made.frames[body], data)
     used = {shape.mesh for body in tree.bodies for shape in made.bodies[body].shapes}
     model = UsdModel(tree.prim, {name: prim for prim, name in made.names.items()})
-    model.meshes = {reference(index): each for index, each in enumerate(data) if index in used}
+    model.meshes = {names[index]: data[index] for index in used if index >= 0}
     model.files = [Path(used) for used in contents.used if files.may_read(Path(used))]
     model.pose, model.fixed = made.frame_in_world(tree.root), tree.fixed
     links, joints = made.links, made.joints
