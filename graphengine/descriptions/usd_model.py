@@ -87,8 +87,7 @@ class UsdModel:
         weightless: links on which gravity does not act.
         namespaces: values of `isaac:namespace`, by name of the link; `""` stands for the robot.
         overrides: values of `isaac:nameOverride`, by name of the link.
-        changed: remarks on parts that were changed.
-        lost: remarks on parts that are not simulated, with the place.
+        remarks: remarks on parts that are changed or not simulated: whether lost, path of the prim, text, and place.
     """
 
     prim: str
@@ -104,5 +103,4 @@ class UsdModel:
     weightless: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     overrides: dict[str, str] = field(default_factory=dict)
-    changed: list[tuple[str, Span]] = field(default_factory=list)
-    lost: list[tuple[str, Span]] = field(default_factory=list)
+    remarks: list[tuple[bool, str, str, Span]] = field(default_factory=list)

@@ -152,7 +152,7 @@ def _decide(
         return _of_base("velocity", "driven wheels of the base", kinds, source)
     if drivetrain is not None and joint in drivetrain.steering:
         return _of_base("position", "they steer wheels of the base", kinds, source)
-    if told is not None and stated is not None and (stated.commands or not _rolls(joint, wheels)):
+    if told is not None and not (told[0] == "position" and _rolls(joint, wheels) and not kinds):
         return _Decision(*told)
     if command is not None and kinds:
         kind = next(kind for kind in KINDS if kind in kinds)
@@ -172,8 +172,6 @@ def _decide(
         return _Decision("free", "swivels of casters", guessed=True)
     if joint.name in carrying and joint.limits is None:
         return _Decision("free", _CASTERS, guessed=True)
-    if told is not None:
-        return _Decision(*told)
     if joint.type == "continuous" and "wheel" in joint.name.lower():
         return _Decision("velocity", "wheels by their names, though not by their colliders", guessed=True)
     if joint.effort is not None:
@@ -193,8 +191,8 @@ def _own_gains(draft: Draft, joint: Joint, kind: str) -> DriveKeys | None:
 
 
 def _rolls(joint: Joint, wheels: Sequence[RobotWheel]) -> bool:
-    """Return whether a joint turns a wheel on the floor, or swivels one."""
-    return any(joint.name in (wheel.joint, wheel.swivel) for wheel in wheels)
+    """Return whether a joint turns a wheel on the floor, or is the swivel of a caster."""
+    return any(joint.name == wheel.joint or (wheel.caster and joint.name == wheel.swivel) for wheel in wheels)
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.descriptions.robot_files.draft import Draft, in_path, rounded
+from graphengine.descriptions.robot_files.draft import Draft, Remark, in_path, rounded
 from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, SensorKeys
 from graphengine.descriptions.usd_model import StatedDrive, StatedMaterial, StatedSensor
 from graphengine.devices.rotation import IDENTITY
@@ -50,10 +50,8 @@ def add_stage_parts(draft: Draft) -> None:
         _material(draft, name, material)
     for name, sensor in usd.sensors.items():
         _sensor(draft, name, sensor)
-    for text, span in usd.changed:
-        draft.guess(text, span)
-    for text, span in usd.lost:
-        draft.lose(text, span)
+    for lost, path, text, span in usd.remarks:
+        (draft.lost if lost else draft.guessed).append(Remark(text, span, {}, ("prim", printable(path))))
 
 
 def _joint(draft: Draft, name: str, stated: StatedDrive) -> None:

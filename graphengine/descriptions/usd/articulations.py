@@ -37,7 +37,7 @@ class Articulation:
         loops: joints that would close a loop.
         prim: path of the prim that stands for the whole: that with ArticulationRootAPI, else the common ancestor.
         marked: whether a prim of it has ArticulationRootAPI.
-        fixed: whether a joint fixes the root to the world.
+        holder: joint that fixes the root to the world; None if it is free or the world itself.
     """
 
     root: str
@@ -46,7 +46,7 @@ class Articulation:
     loops: list[StageJoint] = field(default_factory=list)
     prim: str = ""
     marked: bool = False
-    fixed: bool = False
+    holder: StageJoint | None = None
 
     @property
     def moves(self) -> bool:
@@ -110,7 +110,7 @@ def _tree(group: list[str], beside: dict[str, list[StageJoint]], contents: Physi
     ]
     tree = Articulation(_root(group, joints, holders, marks), marked=bool(marks))
     tree.prim = marks[0] if marks and marks[0] not in _paths(joints) else common_ancestor(group)
-    tree.fixed = tree.root != "" and bool(holders)
+    tree.holder = next((joint for joint in holders if tree.root in joint.bodies), None) if tree.root else None
     seen = {tree.root}
     for loose in (False, True):  # joints outside of articulations only where nothing else connects
         level = list(seen)
@@ -124,13 +124,13 @@ def _tree(group: list[str], beside: dict[str, list[StageJoint]], contents: Physi
                     level.append(other)
                     tree.joints.append(TreeJoint(joint, turned=joint.bodies[1] == path))
     used = {each.joint.path for each in tree.joints}
-    tree.loops = [joint for joint in joints if joint.path not in used and not (tree.fixed and joint in holders[:1])]
+    tree.loops = [joint for joint in joints if joint.path not in used and joint is not tree.holder]
     tree.bodies = [tree.root, *(each.ends[1] for each in tree.joints)]
     return tree
 
 
 def _root(group: list[str], joints: list[StageJoint], holders: list[StageJoint], marks: list[str]) -> str:
-    """Return the root: a body fixed to the world, the world, a marked body, or the body from which most joints lead."""
+    """Return the root: a body fixed to the world, the world, a marked body, the only one that is no child, or that of most joints."""
     for joint in holders:
         if joint.kind not in MOVING:
             return joint.bodies[0] or joint.bodies[1]
@@ -139,9 +139,9 @@ def _root(group: list[str], joints: list[StageJoint], holders: list[StageJoint],
     for path in group:
         if path in marks:
             return path
-    children = {joint.bodies[1] for joint in joints if joint.enabled}
-    tops = [path for path in group if path not in children] or group
-    return max(tops, key=lambda path: sum(path in joint.bodies for joint in joints if joint.enabled))
+    children = {joint.bodies[1] for joint in joints}
+    tops = [path for path in group if path not in children]
+    return tops[0] if len(tops) == 1 else max(group, key=lambda path: sum(path in joint.bodies for joint in joints))
 
 
 def _paths(joints: Iterable[StageJoint]) -> set[str]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, Literal
 
 from graphengine.devices.rotation import NOWHERE, Pose, Vector3
 
 Kind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "plane"]
+_SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2}
+"""Number of sizes of each form."""
 
 
 @dataclass(slots=True)
@@ -209,3 +213,28 @@ class PhysicsContents:
     failure: str = ""
     used: list[str] = field(default_factory=list)
     choices: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Check that the parts fit together, because a process that was taken over may send anything; raise ValueError."""
+        paths = {"", *self.bodies}
+        shapes = [shape for body in self.bodies.values() for shape in body.shapes] + self.shapes
+        fit = "" not in self.bodies
+        fit = fit and all(path == each.path for known in (self.bodies, self.joints) for path, each in known.items())
+        fit = fit and paths.issuperset(path for joint in self.joints.values() for path in joint.bodies)
+        fit = fit and all(len(shape.sizes) == _SIZES.get(shape.kind, 0) for shape in shapes)
+        fit = fit and all(0 <= shape.mesh < len(self.meshes) for shape in shapes if shape.kind == "mesh")
+        fit = fit and all(shape.material in self.materials for shape in shapes if shape.material)
+        if not (fit and all(map(math.isfinite, _numbers(self)))):
+            raise ValueError(self)
+
+
+def _numbers(part: Any) -> Iterator[float]:
+    """Yield all numbers in dataclasses and collections."""
+    if isinstance(part, float):
+        yield part
+    elif is_dataclass(part):
+        for each in fields(part):
+            yield from _numbers(getattr(part, each.name))
+    elif isinstance(part, dict | list | tuple):
+        for item in part.values() if isinstance(part, dict) else part:
+            yield from _numbers(item)

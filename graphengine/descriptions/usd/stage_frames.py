@@ -13,6 +13,8 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 from graphengine.devices.rotation import Pose, Quaternion, Vector3
 
 Matrix = NDArray[np.float64]
+_ENDLESS = 3.4e38
+"""Numbers from here on mean infinity, because some programs write the largest number of single precision for it."""
 _UP = {"Z": np.eye(3), "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])}
 """Rotation from the axes of a stage to axes with z up, by the stage's up axis."""
 
@@ -121,7 +123,7 @@ def finite(prim: Usd.Prim, name: str) -> float | None:
     """Return the finite number that is written for an attribute; None without one."""
     attribute = prim.GetAttribute(name)
     value = number(prim, name, math.inf) if attribute and attribute.HasAuthoredValue() else math.inf
-    return value if math.isfinite(value) else None
+    return value if abs(value) < _ENDLESS else None
 
 
 def given(prim: Usd.Prim, name: str) -> Any:

@@ -46,21 +46,9 @@ def colour_of(prim: Usd.Prim) -> Colour | None:
     return _colour(display[0], 1.0) if display is not None and len(display) else None
 
 
-def has_texture(prim: Usd.Prim) -> bool:
-    """Return whether the colour of a prim's material is a picture."""
-    material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
-    shader = _surface(material) if material else None
-    source = shader.GetInput("diffuseColor") if shader is not None else None
-    picture = shader.GetInput("diffuse_texture") if shader is not None else None
-    return bool((source and source.HasConnectedSource()) or (picture and picture.Get()))
-
-
 def _surface(material: UsdShade.Material) -> UsdShade.Shader | None:
-    for contexts in ([], ["mdl"]):
-        shader = material.ComputeSurfaceSource(contexts)[0] if contexts else material.ComputeSurfaceSource()[0]
-        if shader:
-            return shader
-    return None
+    sources = (material.ComputeSurfaceSource(context)[0] for context in ("", "mdl"))
+    return next((source for source in sources if source), None)
 
 
 def _constant(shader: UsdShade.Shader, name: str) -> Any:

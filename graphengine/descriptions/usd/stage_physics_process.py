@@ -122,8 +122,9 @@ class PhysicsReading:
             for name, texts in (("isaac:namespace", contents.namespaces), ("isaac:nameOverride", contents.names)):
                 if value := text(prim, name):
                     texts[path] = value
-        except UnusableError as error:
-            contents.left_out.append((path, str(error)))
+        except (UnusableError, Tf.ErrorException, TypeError, ValueError, AttributeError, OverflowError) as error:
+            why = str(error) if isinstance(error, UnusableError) else "it has values of illegal types"
+            contents.left_out.append((path, why))
 
 
 def main() -> None:

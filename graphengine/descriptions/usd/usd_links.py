@@ -22,7 +22,7 @@ _SIDEWAYS = math.radians(30.0)
 """Tilt of a root body above which its axes are not those of a robot, rad."""
 _NEAR = 1e-9
 """Distance of a joint from the origin of a body below which they are at the same place, m."""
-_STILL = 1e-5
+_STILL = 1e-3
 """Position of a joint in the stage below which it counts as zero, rad or m."""
 
 
@@ -41,8 +41,7 @@ class UsdLinks:
         names: names of links and joints, by path of their prim.
         frames: pose of each link's frame in the frame of its body, by path of the body.
         starts: position of each moving joint in the stage, rad or m, by name.
-        changed: remarks on parts that were changed, with the path of a prim.
-        lost: remarks on parts that are not simulated, with the path of a prim.
+        remarks: remarks on parts that are changed or not simulated: whether lost, path of the prim, and text.
     """
 
     contents: PhysicsContents
@@ -55,8 +54,7 @@ class UsdLinks:
     names: dict[str, str] = field(default_factory=dict)
     frames: dict[str, Pose] = field(default_factory=dict)
     starts: dict[str, float] = field(default_factory=dict)
-    changed: list[tuple[str, str]] = field(default_factory=list)
-    lost: list[tuple[str, str]] = field(default_factory=list)
+    remarks: list[tuple[bool, str, str]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         tree = self.tree
@@ -69,15 +67,18 @@ class UsdLinks:
             self.frames[""] = holder.joint.frames[holder.turned][0], IDENTITY
         elif tilt_of(root.pose[1]) > _SIDEWAYS:
             self.frames[tree.root] = relative(root.pose, (root.pose[0], IDENTITY))
-            self.changed.append(("its axes are turned, so that its z axis points up", tree.root))
+            self.remarks.append((False, tree.root, "its axes are turned, so that its z axis points up"))
         for each in tree.joints:
             self.frames[each.ends[1]] = self._at_joint(each)
         for path in tree.bodies:
             self.links.append(self._link(bodies[path]))
         for each in tree.joints:
             self.joints.append(self._joint(each))
+        if tree.holder is not None and tree.holder.kind != "fixed":
+            text = f"{tree.holder.kind} joints are not simulated; it fixes the root link to the world"
+            self.remarks.append((True, tree.holder.path, text))
         for joint in tree.loops:
-            self.lost.append((f"joint {printable(joint.path)} would close a loop: it is left out", joint.path))
+            self.remarks.append((True, joint.path, "it would close a loop, and is left out"))
 
     def frame_in_world(self, path: str) -> Pose:
         """Return the pose in the stage of the frame of a body's link."""
@@ -89,7 +90,7 @@ class UsdLinks:
         anchor = relative(body.pose, each.joint.frames[not each.turned])
         if each.joint.kind not in MOVING or math.hypot(*anchor[0]) < _NEAR:
             return NOWHERE
-        self.changed.append((f"its origin is at its joint {printable(each.joint.path)}", body.path))
+        self.remarks.append((False, body.path, "its origin is at its joint"))
         return anchor[0], IDENTITY
 
     def _link(self, body: StageBody) -> Link:
@@ -102,10 +103,10 @@ class UsdLinks:
             span = self.spans.of(shape.path)
             geometry = self.geometry(shape)
             if geometry is None:
-                self.lost.append((f"{tag} {printable(shape.path)}: a link cannot have an endless plane", shape.path))
+                self.remarks.append((True, shape.path, "a link cannot have an endless plane"))
                 continue
             if shape.approximation in ("convexDecomposition", "sdf", "meshSimplification", "none"):
-                self.changed.append((f"{shape.approximation}: the convex hull replaces it", shape.path))
+                self.remarks.append((False, shape.path, f"{shape.approximation}: the convex hull replaces it"))
             part = Element(tag, {"name": shape.path.rpartition("/")[2]}, span)
             pose = relative(frame, shape.pose)
             number = f"{name}.{len(shapes) + 1}"
@@ -140,8 +141,7 @@ class UsdLinks:
         kind = joint.kind
         if kind not in (*MOVING, "fixed"):
             kind, zero = "fixed", relative(parent.pose, child.pose)
-            text = f"joint {printable(joint.path)}: {joint.kind} joints are not simulated; it becomes fixed"
-            self.lost.append((text, joint.path))
+            self.remarks.append((True, joint.path, f"{joint.kind} joints are not simulated; it becomes fixed"))
         if not joint.enabled:
             zero = relative(parent.pose, child.pose)
         pose = compose(compose(relative(self.frames[parent.path], NOWHERE), zero), self.frames[child.path])
@@ -150,14 +150,14 @@ class UsdLinks:
         name = self.names[joint.path]
         element = Element("joint", {"name": name, "type": kind}, self.spans.of(joint.path))
         made = Joint(name, kind, self.names[parent.path], self.names[child.path], pose, element)
-        self.lost += [(f"joint {printable(joint.path)}: {text}", joint.path) for text in joint.remarks]
+        self.remarks += [(True, joint.path, text) for text in joint.remarks]
         if not made.moves:
             return made
         axis = rotate(at_child[1], joint.axis)
         made.stated_axis = (-axis[0], -axis[1], -axis[2]) if each.turned else axis
         if limited and joint.lower == joint.upper:
             made.type = element.attributes["type"] = "fixed"
-            self.changed.append(("its limits lock it: it becomes fixed", joint.path))
+            self.remarks.append((False, joint.path, "its limits lock it: it becomes fixed"))
             return made
         effort = joint.drive.max_force if joint.drive is not None else None
         made.bounds = Bounds(joint.lower, joint.upper, effort or 0.0, joint.max_velocity or 0.0, element)
@@ -165,7 +165,7 @@ class UsdLinks:
         if (leader := self.contents.joints.get(joint.leader)) is not None and leader.path in self.names:
             made.mimic = Mimic(self.names[leader.path], joint.multiplier, joint.offset, element)
         start = joint.position if joint.position is not None else self._position(each, at_parent, at_child, made.type)
-        self.starts[name] = 0.0 if abs(start) < _STILL else start
+        self.starts[name] = 0.0 if abs(start) < _STILL or not limited else start
         return made
 
     def _position(self, each: TreeJoint, at_parent: Pose, at_child: Pose, kind: str) -> float:
@@ -189,7 +189,7 @@ def _named(paths: Iterable[str]) -> dict[str, str]:
     taken = set(found.values())
     for path in filter(None, paths):
         parts, count = path.strip("/").split("/"), 1
-        while (name := "_".join(parts[-count:])) in taken and count < len(parts):
+        while (name := printable("_".join(parts[-count:]))) in taken and count < len(parts):
             count += 1
         while name in taken:
             name += "_"

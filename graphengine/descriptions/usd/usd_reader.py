@@ -154,7 +154,7 @@ def description_of(
     model = UsdModel(tree.prim, {name: prim for prim, name in made.names.items()})
     model.meshes = {names[index]: data[index] for index in used if index >= 0}
     model.files = [Path(used) for used in contents.used if files.may_read(Path(used))]
-    model.pose, model.fixed = made.frame_in_world(tree.root), tree.fixed
+    model.pose, model.fixed = made.frame_in_world(tree.root), tree.holder is not None
     links, joints = made.links, made.joints
     add_settings(model, contents, made)
     span = spans.of(tree.prim)

@@ -38,10 +38,7 @@ def add_settings(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> 
     for path, text in contents.namespaces.items():
         if path in made.frames or path == tree.prim:
             model.namespaces[made.names.get(path, "")] = text
-    for told, remarks in ((model.changed, made.changed), (model.lost, made.lost)):
-        told += [
-            (text if text.startswith("joint ") else f"{path}: {text}", made.spans.of(path)) for text, path in remarks
-        ]
+    model.remarks = [(lost, path, text, made.spans.of(path)) for lost, path, text in made.remarks]
 
 
 def _drive(each: TreeJoint, name: str, contents: PhysicsContents, made: UsdLinks) -> StatedDrive:
@@ -122,7 +119,7 @@ def _materials(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> No
         if found:
             bound.setdefault(found[0], []).append(made.names[path])
         if len(found) > 1:
-            made.lost.append((f"of its {len(found)} physics materials only {found[0]} is used", path))
+            made.remarks.append((True, path, f"of its {len(found)} physics materials only {found[0]} is used"))
     for name, path in _unique(bound):
         material = contents.materials[path]
         model.materials[name] = StatedMaterial(

@@ -172,3 +172,157 @@ def arm(path: Path, *, gains: tuple[float, float] = (400.0, 40.0), **units: Any)
         place, before = place + 0.3, name
     writer.save()
     return path
+
+
+WORKSHOP = """#usda 1.0
+(
+    defaultPrim = "World"
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+class "Prototype" {
+    def Sphere "ball" (prepend apiSchemas = ["PhysicsCollisionAPI"]) { double radius = 0.02 }
+}
+def Xform "World" {
+    def Material "Rubber" (prepend apiSchemas = ["PhysicsMaterialAPI", "PhysxMaterialAPI"]) {
+        float physics:staticFriction = 0.9
+        float physics:dynamicFriction = 0.8
+        uniform token physxMaterial:frictionCombineMode = "multiply"
+    }
+    def Material "Red" {
+        token outputs:surface.connect = </World/Red/Shader.outputs:surface>
+        def Shader "Shader" {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor = (1, 0, 0)
+            float inputs:opacity = 0.5
+            token outputs:surface
+        }
+    }
+    def Xform "Cart" (prepend apiSchemas = ["PhysicsArticulationRootAPI"]) {
+        string isaac:namespace = "cart_1"
+        def Xform "base" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) {
+            float physics:mass = 8
+            string isaac:nameOverride = "base_link"
+            def Mesh "hull" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI", "MaterialBindingAPI"]) {
+                uniform token physics:approximation = "boundingCube"
+                point3f[] points = [(0, 0, 0), (0.4, 0, 0), (0, 0.2, 0), (0, 0, 0.1)]
+                int[] faceVertexCounts = [3, 3, 3, 3]
+                int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
+                color3f[] primvars:displayColor = [(0, 1, 0)]
+                double3 xformOp:translate = (0.1, 0, 0)
+                float3 xformOp:scale = (-1, 1, 1)
+                uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]
+                def GeomSubset "half" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+                    uniform token elementType = "face"
+                    int[] indices = [0, 1]
+                    rel material:binding = </World/Red>
+                }
+            }
+            def Camera "eye" {
+                float focalLength = 10
+                float horizontalAperture = 20
+                float verticalAperture = 10
+                double3 xformOp:translate = (0.2, 0, 0.1)
+                uniform token[] xformOpOrder = ["xformOp:translate"]
+            }
+            def OmniLidar "scanner" { string sensorModelConfig = "SICK_microScan3_ABAZ90ZA1P01" }
+            def IsaacImuSensor "imu" { }
+            def IsaacContactSensor "bumper" { }
+            def OmniLidar "unheard" { string sensorModelConfig = "Nobody_X1" }
+        }
+        def Xform "foot" (
+            prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysxRigidBodyAPI", "PhysicsMassAPI", "MaterialBindingAPI"]
+            instanceable = true
+            inherits = </Prototype>
+        ) {
+            bool physxRigidBody:disableGravity = 1
+            float physics:mass = 0.5
+            rel material:binding:physics = </World/Rubber>
+        }
+        def Xform "finger" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) {
+            float physics:mass = 0.25
+            double3 xformOp:translate = (0, 0.2, 0)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+            def Cone "tip" (prepend apiSchemas = ["PhysicsCollisionAPI"]) {
+                double height = 0.1
+                double radius = 0.02
+                uniform token axis = "X"
+            }
+        }
+        def Xform "thumb" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) { float physics:mass = 0.25 }
+        def Xform "stub" (prepend apiSchemas = ["PhysicsRigidBodyAPI"]) { }
+        def Xform "ball" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) { float physics:mass = 0.1 }
+        def PhysicsJoint "rail" (prepend apiSchemas = [
+            "PhysicsLimitAPI:transY", "PhysicsLimitAPI:transZ", "PhysicsLimitAPI:rotX", "PhysicsLimitAPI:rotY",
+            "PhysicsLimitAPI:rotZ", "PhysicsLimitAPI:transX", "PhysicsDriveAPI:transX"]) {
+            rel physics:body0 = </World/Cart/base>
+            rel physics:body1 = </World/Cart/foot>
+            float limit:transX:physics:low = -0.1
+            float limit:transX:physics:high = 0.3
+            float drive:transX:physics:stiffness = 500
+            float drive:transX:physics:targetPosition = 0.2
+            float limit:transY:physics:low = 1
+            float limit:transY:physics:high = -1
+            float limit:transZ:physics:low = 1
+            float limit:transZ:physics:high = -1
+            float limit:rotX:physics:low = 1
+            float limit:rotX:physics:high = -1
+            float limit:rotY:physics:low = 1
+            float limit:rotY:physics:high = -1
+            float limit:rotZ:physics:low = 1
+            float limit:rotZ:physics:high = -1
+        }
+        def PhysicsRevoluteJoint "grip" (prepend apiSchemas = ["PhysxJointAPI", "PhysicsDriveAPI:angular"]) {
+            rel physics:body0 = </World/Cart/finger>
+            rel physics:body1 = </World/Cart/base>
+            uniform token physics:axis = "Z"
+            float physics:lowerLimit = -45
+            float physics:upperLimit = 90
+            point3f physics:localPos0 = (0, -0.05, 0)
+            point3f physics:localPos1 = (0, 0.15, 0)
+            float physxJoint:armature = 0.02
+            float physxJoint:maxJointVelocity = 180
+            uniform token drive:angular:physics:type = "acceleration"
+            float drive:angular:physics:stiffness = 100
+        }
+        def PhysicsRevoluteJoint "follow" (prepend apiSchemas = ["PhysxMimicJointAPI:rotZ"]) {
+            rel physics:body0 = </World/Cart/base>
+            rel physics:body1 = </World/Cart/thumb>
+            uniform token physics:axis = "Z"
+            float physics:lowerLimit = -90
+            float physics:upperLimit = 90
+            rel physxMimicJoint:rotZ:referenceJoint = </World/Cart/grip>
+            float physxMimicJoint:rotZ:gearing = 0.5
+            float physxMimicJoint:rotZ:offset = 10
+        }
+        def PhysicsFixedJoint "mark" {
+            rel physics:body0 = </World/Cart/stub>
+            rel physics:body1 = </World/Cart/base>
+            bool physics:jointEnabled = 0
+        }
+        def PhysicsSphericalJoint "socket" {
+            rel physics:body0 = </World/Cart/base>
+            rel physics:body1 = </World/Cart/ball>
+        }
+        def PhysicsFixedJoint "loop" {
+            rel physics:body0 = </World/Cart/thumb>
+            rel physics:body1 = </World/Cart/ball>
+            bool physics:excludeFromArticulation = 1
+        }
+        def OmniGraph "hold" {
+            def OmniGraphNode "Controller" {
+                token node:type = "omni.isaac.core_nodes.IsaacArticulationController"
+                string inputs:robotPath = "/World/Cart"
+                token[] inputs:jointNames = ["grip"]
+                double[] inputs:effortCommand = [0.5]
+            }
+        }
+    }
+}
+"""
+"""A stage with one of most things that a stage may have."""
+
+
+def workshop(path: Path) -> Path:
+    path.write_text(WORKSHOP.replace(" }", "\n}").replace("}\n}", "}\n}\n"), encoding="utf-8")
+    return path
