@@ -166,7 +166,7 @@ def judge(path: Path) -> str:
     if ended == signal.SIGALRM:
         return "! hangs"
     if ended or not said:
-        return "crashed"
+        return f"crashed by signal {ended}"
     if said.startswith(b"TRACE"):
         return f"! {said.decode()}"
     if SECRET.encode() in said or b"root:x:" in said:

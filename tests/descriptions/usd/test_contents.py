@@ -16,6 +16,7 @@ from graphengine.descriptions.shapes import Box, Mesh, Sphere
 from graphengine.descriptions.usd.usd_reader import read_usd
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from tests.descriptions.usd import fuzz
 from tests.descriptions.usd.stages import StageWriter, workshop
 
 
@@ -203,3 +204,12 @@ def test_a_robot_that_lies_in_its_frame_stands_up(tmp_path: Path) -> None:
     turned = collider.pose[1]
     assert math.hypot(turned[0], turned[3]) == pytest.approx(1.0)  # about x
     assert collider.geometry.size == pytest.approx((0.5, 0.1, 0.3))
+
+
+@pytest.mark.parametrize(("kind", "count"), [("usda", 160), ("usdc", 40)])
+def test_mutants_of_stages_are_read_or_refused(tmp_path: Path, kind: str, count: int) -> None:
+    """A crash of USD's reader ends its process, and is reported; all else would be a fault of this package."""
+    found = fuzz.run(count, kind, 3, tmp_path)
+    assert not [outcome for outcome in found if outcome.startswith("!")]
+    assert found["robot"]
+    assert found["refused"]
