@@ -193,6 +193,7 @@ class PhysicsContents:
         meshes: meshes in MuJoCo's MSH format, Base64.
         namespaces: values of `isaac:namespace` by path.
         names: values of `isaac:nameOverride` by path.
+        assumed: units and axes that the stage does not state, as they are assumed.
         left_out: pairs (path, reason) of the parts that could not be read.
         failure: reason why nothing was read; empty if the stage was read.
         used: paths of the files that were read.
@@ -209,6 +210,7 @@ class PhysicsContents:
     meshes: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
+    assumed: list[str] = field(default_factory=list)
     left_out: list[tuple[str, str]] = field(default_factory=list)
     failure: str = ""
     used: list[str] = field(default_factory=list)

@@ -48,9 +48,18 @@ class StageFrames:
     """
 
     def __init__(self, stage: Usd.Stage) -> None:
-        self.metres = _unit(UsdGeom.GetStageMetersPerUnit(stage), "metersPerUnit")
+        self.assumed: list[str] = []
+        """What the stage does not state, and what is assumed as in Isaac Sim; USD's own defaults are centimetres with y up."""
+        metres, up = UsdGeom.GetStageMetersPerUnit(stage), str(UsdGeom.GetStageUpAxis(stage))
+        if not stage.HasAuthoredMetadata("metersPerUnit"):
+            metres = 1.0
+            self.assumed.append("metersPerUnit: 1")
+        if not stage.HasAuthoredMetadata("upAxis"):
+            up = "Z"
+            self.assumed.append("upAxis: Z")
+        self.metres = _unit(metres, "metersPerUnit")
         self.kilograms = _unit(UsdPhysics.GetStageKilogramsPerUnit(stage), "kilogramsPerUnit")
-        self.turn = _UP.get(str(UsdGeom.GetStageUpAxis(stage)), _UP["Z"])
+        self.turn = _UP.get(up, _UP["Z"])
         self._cache = UsdGeom.XformCache(Usd.TimeCode.Default())
 
     def placed(self, prim: Usd.Prim) -> Placed:

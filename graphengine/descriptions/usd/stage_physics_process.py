@@ -82,6 +82,7 @@ class PhysicsReading:
 
     def _read(self, stage: Usd.Stage) -> None:
         frames = StageFrames(stage)
+        self.contents.assumed = frames.assumed
         shapes = ShapeReader(frames, self.contents)
         prims = []
         for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):

@@ -93,6 +93,9 @@ def read_physics(path: Path, files: Files, findings: Findings, choice: StageChoi
     if max(len(contents.bodies), len(contents.joints)) > MAX_BODIES:
         findings.add("S103", f"the stage has more than {MAX_BODIES} bodies or joints", spans.start)
         return None
+    if contents.assumed and contents.bodies:
+        text = f"the stage does not state its units or axes; assumed, as in Isaac Sim: {', '.join(contents.assumed)}"
+        findings.add("N103", text, spans.start, "state them in the layer that is opened")
     tell_left_out(contents.left_out, spans, findings, _ASSETS)
     return contents
 

@@ -213,3 +213,14 @@ def test_mutants_of_stages_are_read_or_refused(tmp_path: Path, kind: str, count:
     assert not [outcome for outcome in found if outcome.startswith("!")]
     assert found["robot"]
     assert found["refused"]
+
+
+def test_units_that_are_not_stated_are_those_of_isaac_sim(tmp_path: Path) -> None:
+    """USD's own defaults, centimetres with y up, would make it a robot of millimetres that lies on its side."""
+    text = '#usda 1.0\ndef Cube "base" (apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI"]) { double size = 0.5\n}\n'
+    (tmp_path / "robot.usda").write_text(text, encoding="utf-8")
+    findings = Findings()
+    description = read_usd(tmp_path / "robot.usda", Files.of(tmp_path / "robot.usda"), findings)
+    assert description is not None
+    assert description.mass == pytest.approx(1000.0 * 0.5**3)
+    assert "assumed, as in Isaac Sim: metersPerUnit: 1, upAxis: Z" in findings.items[-1].message
