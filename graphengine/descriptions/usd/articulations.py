@@ -130,7 +130,7 @@ def _tree(group: list[str], beside: dict[str, list[StageJoint]], contents: Physi
 
 
 def _root(group: list[str], joints: list[StageJoint], holders: list[StageJoint], marks: list[str]) -> str:
-    """Return the root: a body on the world, the world, a marked body, the only one that is no child, or the one of most joints."""
+    """Return the root: a body on the world, the world, a marked body, the only one that is no child, or one of most joints."""
     for joint in holders:
         if joint.kind not in MOVING:
             return joint.bodies[0] or joint.bodies[1]
