@@ -280,38 +280,36 @@ def _from_stage(arguments: argparse.Namespace, path: Path, target: Path, finding
         raise UsageError(f"{given[0]}: {path} is a USD stage, which has no arguments, macros or packages")
     if absent := needed():
         raise UsageError(absent)
-    pairs = [(text, text.rpartition("=")) for text in (*arguments.variant, *arguments.replace)]
-    if wrong := next((text for text, (key, _, value) in pairs if not (key and value)), ""):
-        raise UsageError(f"{wrong}: write --variant SET=NAME or PRIM:SET=NAME, and --replace REFERENCE=FILE")
-    variants, replaced = (
-        {key: value for key, _, value in (text.rpartition("=") for text in texts)}
-        for texts in (arguments.variant, arguments.replace)
+    choice = StageChoice(
+        arguments.model,
+        _pairs(arguments.variant, "--variant SET=NAME or PRIM:SET=NAME"),
+        {key: str(Path(file).resolve()) for key, file in _pairs(arguments.replace, "--replace REFERENCE=FILE").items()},
+        [folder.resolve() for folder in arguments.assets],
     )
-    around = [*arguments.assets, *(Path(file).resolve().parent for file in replaced.values())]
-    files = _files(path, arguments, around)
-    mirrors = [folder.resolve() for folder in arguments.assets]
-    full = {key: str(Path(file).resolve()) for key, file in replaced.items()}
-    description = read_usd(path, files, findings, StageChoice(arguments.model, variants, full, mirrors))
+    around = [*choice.mirrors, *(Path(file).parent for file in choice.replaced.values())]
+    description = read_usd(path, _files(path, arguments, around), findings, choice)
     if description is None:
         return None
-    choice = {
-        "usd_robot": arguments.model,
-        "usd_variants": variants,
-        "usd_assets": [str(folder) for folder in mirrors],
-        "usd_replace": full,
-    }
-    kept = {key: value for key, value in choice.items() if value}
+    fixed, packages = arguments.fixed_base, description.packages
     return Origin(
         description.element,
-        description.packages,
+        packages,
         path,
         str(path),
         target,
-        arguments.fixed_base,
+        fixed,
         model=path,
         stage=description,
-        choice=kept,
+        choice=choice.keys(),
     )
+
+
+def _pairs(texts: Sequence[str], form: str) -> dict[str, str]:
+    """Return the values of an option `KEY=VALUE` by key; raise UsageError if one has another form."""
+    pairs = {text: text.rpartition("=") for text in texts}
+    if wrong := next((text for text, (key, _, value) in pairs.items() if not (key and value)), ""):
+        raise UsageError(f"{wrong}: write {form}")
+    return {key: value for key, _, value in pairs.values()}
 
 
 def _list_arguments(arguments: argparse.Namespace) -> int:

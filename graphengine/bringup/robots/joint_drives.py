@@ -49,6 +49,7 @@ def add_drives(
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
     decisions: dict[_Decision, list[Joint]] = {}
+    own: set[str] = set()
     carrying = _carrying(draft) if drivetrain is not None else {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
@@ -63,11 +64,9 @@ def add_drives(
         entry = draft.joints[joint.name]
         if (drive := _drive(draft, joint, decision.kind, wheels, drivetrain)) is not None:
             entry.value["drive"] = drive
-        if (
-            decision.kind == "position"
-            and _own_gains(draft, joint, "position") is None
-            and (drivetrain is None or joint not in drivetrain.steering)
-        ):
+        if drive is not None and drive == _own_gains(draft, joint, decision.kind):
+            own.add(joint.name)
+        elif decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
         if decision.why == _CASTERS:
             entry.value["armature"] = gain(_LIGHTEST * draft.description.mass * carrying[joint.name] ** 2)
@@ -82,10 +81,18 @@ def add_drives(
     held = [joint for decision, joints in decisions.items() if decision.kind == "velocity" for joint in joints]
     if drivetrain is not None:
         _tell_braking(draft, [joint for joint in held if joint.name not in driven], wheels)
-    drives = [entry.value.get("drive", {}) for entry in draft.joints.values()]
-    if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
-        told = ", ".join(f"{damping:g}" for damping in gains)
-        draft.guess(f"damping of velocity drives: {told} N m s/rad, by the weight on the wheels")
+    for stated in (True, False):
+        alike = [entry.value.get("drive", {}) for name, entry in draft.joints.items() if (name in own) == stated]
+        if gains := sorted(
+            {drive["damping"] for drive in alike if drive.get("damping") and not drive.get("stiffness")}
+        ):
+            text = f"damping of velocity drives: {', '.join(f'{damping:g}' for damping in gains)} N m s/rad"
+            draft.remark(
+                f"{text}, {'as in the stage' if stated else 'by the weight on the wheels'}",
+                None,
+                {},
+                guessed=not stated,
+            )
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         text, claim = f"{_TOLD[decision.kind]}: {names}; {decision.why}", _drives(joints, decision.kind)

@@ -39,6 +39,8 @@ _EQUAL = 1e-6
 """Largest relative difference of scales that count as equal; single precision has seven digits."""
 _ROUND = ("Cylinder", "Capsule", "Cone", "Plane")
 _BOUNDING = ("boundingCube", "boundingSphere")
+_VAST = 1e6
+"""Coordinate beyond which a mesh is a mistake, m."""
 GEOMETRY = ("Cube", "Sphere", "Cylinder", "Cylinder_1", "Capsule", "Capsule_1", "Cone", "Mesh", "Plane")
 
 
@@ -108,6 +110,8 @@ class ShapeReader:
 
     def _keep(self, points: Matrix, triangles: NDArray[np.int64]) -> int:
         """Return the index of a mesh, which is added unless an equal one is known."""
+        if np.abs(points).max() > _VAST:
+            raise UnusableError(f"it reaches farther than {_VAST:g} m")
         self._points += len(points) + 3 * len(triangles)
         if self._points > MAX_POINTS:
             raise UnusableError(f"with it the meshes of the stage have more than {MAX_POINTS} points and corners")
@@ -172,45 +176,39 @@ def _length(prim: Usd.Prim, name: str, default: float) -> float:
 
 
 def _tessellated(prim: Usd.Prim, kind: str) -> tuple[Matrix, NDArray[np.int64]]:
-    """Return points and triangles of a primitive about its z axis, with the convex hull of the form."""
-    angles = np.arange(_FACETS) * (2 * math.pi / _FACETS)
-    circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    if kind == "Cube":
-        half = _length(prim, "size", 2.0) / 2
-        square = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
-        return _stacked([(square, -half), (square, half)])
+    """Return points and triangles of a primitive about its z axis."""
     if kind == "Plane":
         half_x, half_y = _length(prim, "width", 2.0) / 2, _length(prim, "length", 2.0) / 2
-        flat = np.array([[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]) * (half_x, half_y, 1.0)
-        return flat, np.array([[0, 1, 2], [0, 2, 3]])
-    half = _length(prim, "height", 1.0 if kind.startswith("Capsule") else 2.0) / 2 if kind != "Sphere" else 0.0
-    if kind == "Cone":
-        return _stacked([(circle * _length(prim, "radius", 1.0), -half), (circle * 0.0, half)])
-    ends = [_length(prim, f"radius{end}", 1.0) for end in ("Bottom", "Top")] if kind.endswith("_1") else []
+        corners = np.array([[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]) * (half_x, half_y, 1.0)
+        return corners, np.array([[0, 1, 2], [0, 2, 3]])
+    if kind == "Cube":
+        half = _length(prim, "size", 2.0) / 2
+        return _turned([(half * math.sqrt(2), -half), (half * math.sqrt(2), half)], 4, math.pi / 4)
+    capped = kind.startswith(("Capsule", "Sphere"))
     default = 0.5 if kind.startswith("Capsule") else 1.0
-    bottom, top = ends or [_length(prim, "radius", default)] * 2
-    if kind.startswith("Cylinder"):
-        return _stacked([(circle * bottom, -half), (circle * top, half)])
-    levels = np.linspace(-math.pi / 2, 0.0, _FACETS // 4 + 1)
-    below = [(circle * bottom * math.cos(a), -half + bottom * math.sin(a)) for a in levels]
-    above = [(circle * top * math.cos(a), half - top * math.sin(a)) for a in levels[::-1]]
-    return _stacked([*below, *(above if half or ends else above[1:])])
+    names = ("radiusBottom", "radiusTop") if kind.endswith("_1") else ("radius", "radius")
+    bottom, top = (_length(prim, name, default) for name in names)
+    half = 0.0 if kind == "Sphere" else _length(prim, "height", 2 * default) / 2
+    if not capped:
+        return _turned([(bottom, -half), (0.0 if kind == "Cone" else top, half)])
+    angles = np.linspace(0.0, math.pi / 2, _FACETS // 4 + 1)
+    below = [(bottom * math.sin(angle), -half - bottom * math.cos(angle)) for angle in angles]
+    above = [(top * math.cos(angle), half + top * math.sin(angle)) for angle in angles]
+    return _turned([*below, *above[half == 0.0 :]])
 
 
-def _stacked(rings: list[tuple[Matrix, float]]) -> tuple[Matrix, NDArray[np.int64]]:
-    """Return points and triangles of a body of rings of equally many points, each at a height, from bottom to top."""
-    count = len(rings[0][0])
-    points = np.concatenate([np.column_stack([ring, np.full(count, height)]) for ring, height in rings])
-    following = [(i, (i + 1) % count) for i in range(count)]
-    last = (len(rings) - 1) * count
-    triangles = [
-        face
-        for level in range(0, last, count)
-        for i, j in following
-        for face in ((level + i, level + j, level + count + j), (level + i, level + count + j, level + count + i))
-    ]
-    triangles += [face for i, j in following[1:-1] for face in ((0, j, i), (last, last + i, last + j))]
-    return points, np.array(triangles)
+def _turned(
+    profile: list[tuple[float, float]], sides: int = _FACETS, first: float = 0.0
+) -> tuple[Matrix, NDArray[np.int64]]:
+    """Return points and triangles of a body about z with the given radii and heights, from bottom to top, and flat ends."""
+    angles = first + np.arange(sides) * (2 * math.pi / sides)
+    rings = [(radius * np.cos(angles), radius * np.sin(angles), np.full(sides, height)) for radius, height in profile]
+    points = np.concatenate([np.stack(ring, axis=-1) for ring in rings])
+    here, last = np.arange(len(points) - sides), len(points) - sides
+    beside = here - here % sides + (here + 1) % sides
+    walls = [np.stack([here, beside, beside + sides], -1), np.stack([here, beside + sides, here + sides], -1)]
+    fan = np.stack([np.zeros(sides - 2, int), np.arange(1, sides - 1), np.arange(2, sides)], -1)
+    return points, np.concatenate([*walls, fan[:, ::-1], fan + last])
 
 
 def _mesh(prim: Usd.Prim, faces: Any) -> tuple[Matrix, NDArray[np.int64]]:

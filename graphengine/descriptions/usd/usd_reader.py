@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.link_tree import assembled
@@ -57,6 +58,12 @@ class StageChoice:
     variants: Mapping[str, str] = field(default_factory=dict)
     replaced: Mapping[str, str] = field(default_factory=dict)
     mirrors: Sequence[Path] = ()
+
+    def keys(self) -> dict[str, Any]:
+        """Return the keys of a robot file that say the same."""
+        mirrors = [str(folder) for folder in self.mirrors]
+        found = {"robot": self.robot, "variants": self.variants, "replace": self.replaced, "assets": mirrors}
+        return {f"usd_{key}": value for key, value in found.items() if value}
 
 
 def read_physics(path: Path, files: Files, findings: Findings, choice: StageChoice) -> PhysicsContents | None:

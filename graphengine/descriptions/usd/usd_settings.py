@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
+import numpy as np
+
 from graphengine.descriptions.usd.articulations import TreeJoint
 from graphengine.descriptions.usd.physics_contents import PhysicsContents, StageCommand, StageDrive
 from graphengine.descriptions.usd.usd_links import UsdLinks
 from graphengine.descriptions.usd_model import StatedDrive, StatedMaterial, StatedSensor, UsdModel
-from graphengine.devices.rotation import Vector3, relative, rotate
+from graphengine.devices.rotation import compose, relative, rotate, unrotate
 from graphengine.format.prim_paths import at_or_below, prim_name
 
 
@@ -75,39 +77,16 @@ def _inertia(each: TreeJoint, made: UsdLinks) -> float:
     for other in made.tree.joints:
         if other.ends[0] in beyond:
             beyond.add(other.ends[1])
-    links = {made.names[path]: path for path in beyond}
-    total = 0.0
     origin, turn = each.joint.frames[0]
-    axis = rotate(turn, each.joint.axis)
-    for link in made.links:
-        if link.name not in links or link.inertial is None:
+    axis, total = rotate(turn, each.joint.axis), 0.0
+    for path, link in zip(made.tree.bodies, made.links, strict=True):
+        if path not in beyond or link.inertial is None:
             continue
-        if each.joint.kind == "prismatic":
-            total += link.mass
-            continue
-        at = made.frame_in_world(links[link.name])
-        total += link.mass * _arm(_centre(at, link.inertial.pose[0]), origin, axis) ** 2
-        spin = rotate(_inverse(link.inertial.pose[1]), rotate(_inverse(at[1]), axis))
-        total += sum(
-            moment * part * part for moment, part in zip((link.inertial.moments or (0.0,) * 6)[:3], spin, strict=True)
-        )
+        place, spin = compose(made.frame_in_world(path), link.inertial.pose)
+        arm, along = np.cross(axis, np.subtract(place, origin)), np.square(unrotate(spin, axis))
+        turning = link.mass * arm @ arm + np.array((link.inertial.moments or (0.0,) * 6)[:3]) @ along
+        total += link.mass if each.joint.kind == "prismatic" else float(turning)
     return total or 1.0
-
-
-def _centre(at: tuple[Vector3, tuple[float, float, float, float]], point: Vector3) -> Vector3:
-    x, y, z = rotate(at[1], point)
-    return at[0][0] + x, at[0][1] + y, at[0][2] + z
-
-
-def _inverse(q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
-    return -q[0], -q[1], -q[2], q[3]
-
-
-def _arm(point: Vector3, origin: Vector3, axis: Vector3) -> float:
-    """Return the distance of a point from an axis, m."""
-    x, y, z = (a - b for a, b in zip(point, origin, strict=True))
-    u, v, w = axis
-    return math.hypot(y * w - z * v, z * u - x * w, x * v - y * u)
 
 
 def _materials(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:
