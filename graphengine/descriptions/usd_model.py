@@ -1,72 +1,264 @@
-"""What a USD stage says about a robot beyond links and joints: drives, commands, materials, sensors, and meshes."""
+"""The physics of a USD stage as plain data in SI units with z up, as its confined process returns it, and a robot in it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
+from typing import Any, Literal
 
-from graphengine.devices.rotation import Pose
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3
 from graphengine.format.diagnostics import Span
 
+Kind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "plane"]
+_SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2}
+"""Number of sizes of each form."""
 
-@dataclass(frozen=True, slots=True)
-class StatedDrive:
-    """What a stage says about the drive of a joint.
+
+@dataclass(slots=True)
+class StageShape:
+    """A geometric prim of a body, or of the world.
 
     Attributes:
-        stiffness: stiffness of its DriveAPI, N m/rad or N/m.
-        damping: damping of its DriveAPI, N m s/rad or N s/m.
-        max_force: limit of its DriveAPI, N m or N; None without one.
-        position: target position, rad or m.
-        velocity: target velocity, rad/s or m/s.
-        commands: kinds of commands that the graphs of the stage give it.
-        controllers: paths of the nodes that give them.
-        armature: inertia of the rotor, kg m2 or kg.
-        start: position in the stage, rad or m.
+        path: path of the prim.
+        kind: form; forms that have no other name are meshes. A plane is endless.
+        sizes: edges of a box, or radius and length of a sphere, cylinder or capsule about z, m; empty for others.
+        pose: pose in the world.
+        mesh: index of the mesh in `PhysicsContents.meshes`; -1 for other forms.
+        approximation: `physics:approximation` of a mesh collider.
+        solid: whether it collides; else it is only drawn.
+        colour: red, green, blue and opacity from 0 to 1; None without a material or display colour.
+        material: path of the physics material; empty without one.
+        mass: mass that its own MassAPI gives, kg; 0 without one.
+        density: density by its own MassAPI, else by its material, kg/m3; 0 without one.
+        outranks: whether its own MassAPI gives the density, which then replaces the density of the body.
     """
+
+    path: str
+    kind: Kind
+    sizes: list[float]
+    pose: Pose = NOWHERE
+    mesh: int = -1
+    approximation: str = ""
+    solid: bool = False
+    colour: tuple[float, float, float, float] | None = None
+    material: str = ""
+    mass: float = 0.0
+    density: float = 0.0
+    outranks: bool = False
+
+
+@dataclass(slots=True)
+class StageBody:
+    """A prim with RigidBodyAPI.
+
+    Attributes:
+        path: path of the prim.
+        pose: pose in the world.
+        mass: mass, kg; 0 if the stage leaves it to the shapes.
+        density: density of its shapes, kg/m3; 0 if it is not given.
+        centre: centre of mass in the frame of the body, m; None if it is not given.
+        moments: principal moments of inertia, kg m2; None if they are not given.
+        axes: rotation from the principal axes to the frame of the body.
+        shapes: shapes of the body.
+        gravity: whether gravity acts on it.
+        kinematic: whether it is not moved by forces.
+    """
+
+    path: str
+    pose: Pose
+    mass: float = 0.0
+    density: float = 0.0
+    centre: Vector3 | None = None
+    moments: Vector3 | None = None
+    axes: tuple[float, float, float, float] = NOWHERE[1]
+    shapes: list[StageShape] = field(default_factory=list)
+    gravity: bool = True
+    kinematic: bool = False
+
+
+@dataclass(slots=True)
+class StageDrive:
+    """A DriveAPI in SI units; `acceleration` means that the gains are for a unit of inertia."""
 
     stiffness: float = 0.0
     damping: float = 0.0
     max_force: float | None = None
     position: float = 0.0
     velocity: float = 0.0
-    commands: tuple[str, ...] = ()
-    controllers: tuple[str, ...] = ()
-    armature: float = 0.0
-    start: float = 0.0
+    acceleration: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class StatedMaterial:
-    """A physics material of a stage, and the names of the links whose colliders have it."""
-
-    static_friction: float
-    dynamic_friction: float
-    restitution: float
-    combine: str
-    links: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class StatedSensor:
-    """A sensor of a stage: its type as in robot files, the link that carries it, and its pose there.
+@dataclass(slots=True)
+class StageJoint:
+    """A joint of UsdPhysics.
 
     Attributes:
-        path: path of its prim.
-        type: type of the device.
-        link: name of the link.
-        pose: pose in the frame of the link.
-        model: name of its configuration; empty without one.
-        view: horizontal and vertical field of view of a camera, degrees; zeros for other sensors.
+        path: path of the prim.
+        kind: type of the joint: revolute, prismatic, fixed, or another that is not simulated.
+        bodies: paths of the two bodies; empty for the world.
+        frames: pose in the world of the joint's frame on each body.
+        axis: axis in the frame of the joint.
+        lower: lower limit, rad or m; None without one.
+        upper: upper limit, rad or m; None without one.
+        enabled: whether the joint holds its bodies.
+        in_tree: whether an articulation may contain the joint.
+        drive: its drive; None without one.
+        armature: inertia of the rotor, kg m2 or kg.
+        friction: friction of the joint, N m or N.
+        damping: viscous friction of the joint, N m s/rad or N s/m.
+        max_velocity: maximum velocity, rad/s or m/s; None without one.
+        leader: path of the joint that it mimics; empty without one.
+        multiplier: factor of the leader's position.
+        offset: its position when that of the leader is zero, rad or m.
+        position: position by JointStateAPI, rad or m; None if it is not given.
+        remarks: properties that are not simulated.
+    """
+
+    path: str
+    kind: str
+    bodies: tuple[str, str]
+    frames: tuple[Pose, Pose]
+    axis: Vector3 = (1.0, 0.0, 0.0)
+    lower: float | None = None
+    upper: float | None = None
+    enabled: bool = True
+    in_tree: bool = True
+    drive: StageDrive | None = None
+    armature: float = 0.0
+    friction: float = 0.0
+    damping: float = 0.0
+    max_velocity: float | None = None
+    leader: str = ""
+    multiplier: float = 1.0
+    offset: float = 0.0
+    position: float | None = None
+    remarks: list[str] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class StageMaterial:
+    """A physics material: friction coefficients, restitution, and the rule that combines the friction of a contact."""
+
+    static_friction: float = 0.0
+    dynamic_friction: float = 0.0
+    restitution: float = 0.0
+    combine: str = "average"
+
+
+@dataclass(slots=True)
+class StageCommand:
+    """An ArticulationController: its path, its target prim, the kinds of its commands, and the names of its joints, if known."""
+
+    path: str
+    target: str
+    kinds: list[str]
+    joints: list[str] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class StageSensor:
+    """A sensor of the stage.
+
+    Attributes:
+        path: path of the prim.
+        type: type of the device, as in robot files.
+        body: path of the body that carries it; empty for the world.
+        pose: pose in the world.
+        model: name of the sensor's configuration, such as `SICK_microScan3`; empty without one.
+        focal: focal length of a camera, in the units of `aperture`.
+        aperture: width and height of the picture of a camera; zeros for other sensors.
     """
 
     path: str
     type: str
-    link: str
+    body: str
     pose: Pose
     model: str = ""
-    view: tuple[float, float] = (0.0, 0.0)
+    focal: float = 0.0
+    aperture: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(slots=True)
+class PhysicsContents:
+    """The physics of a stage.
+
+    Attributes:
+        bodies: rigid bodies by path, in stage order.
+        joints: joints by path, in stage order.
+        shapes: shapes that belong to no body.
+        roots: paths of the prims with ArticulationRootAPI, and for each whether its links collide with each other.
+        materials: physics materials by path.
+        commands: controllers in the graphs of the stage.
+        sensors: sensors.
+        meshes: meshes in MuJoCo's MSH format, Base64.
+        namespaces: values of `isaac:namespace` by path.
+        names: values of `isaac:nameOverride` by path.
+        assumed: units and axes that the stage does not state, as they are assumed.
+        left_out: pairs (path, reason) of the parts that could not be read.
+        failure: reason why nothing was read; empty if the stage was read.
+        used: paths of the files that were read.
+        choices: variant selections, such as `/World: ros = none, of none, ros2`.
+    """
+
+    bodies: dict[str, StageBody] = field(default_factory=dict)
+    joints: dict[str, StageJoint] = field(default_factory=dict)
+    shapes: list[StageShape] = field(default_factory=list)
+    roots: dict[str, bool] = field(default_factory=dict)
+    materials: dict[str, StageMaterial] = field(default_factory=dict)
+    commands: list[StageCommand] = field(default_factory=list)
+    sensors: list[StageSensor] = field(default_factory=list)
+    meshes: list[str] = field(default_factory=list)
+    namespaces: dict[str, str] = field(default_factory=dict)
+    names: dict[str, str] = field(default_factory=dict)
+    assumed: list[str] = field(default_factory=list)
+    left_out: list[tuple[str, str]] = field(default_factory=list)
+    failure: str = ""
+    used: list[str] = field(default_factory=list)
+    choices: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Check that the parts fit together, because a process that was taken over may send anything; raise ValueError."""
+        paths = {"", *self.bodies}
+        shapes = [shape for body in self.bodies.values() for shape in body.shapes] + self.shapes
+        fit = "" not in self.bodies
+        fit = fit and all(path == each.path for known in (self.bodies, self.joints) for path, each in known.items())
+        fit = fit and paths.issuperset(path for joint in self.joints.values() for path in joint.bodies)
+        fit = fit and all(len(shape.sizes) == _SIZES.get(shape.kind, 0) for shape in shapes)
+        fit = fit and all(0 <= shape.mesh < len(self.meshes) for shape in shapes if shape.kind == "mesh")
+        fit = fit and all(shape.material in self.materials for shape in shapes if shape.material)
+        if not (fit and all(map(math.isfinite, _numbers(self)))):
+            raise ValueError(self)
+
+
+def _numbers(part: Any) -> Iterator[float]:
+    """Yield all numbers in dataclasses and collections."""
+    if isinstance(part, float):
+        yield part
+    elif is_dataclass(part):
+        for each in fields(part):
+            yield from _numbers(getattr(part, each.name))
+    elif isinstance(part, dict | list | tuple):
+        for item in part.values() if isinstance(part, dict) else part:
+            yield from _numbers(item)
+
+
+@dataclass(slots=True)
+class StatedDrive(StageDrive):
+    """What a stage says about the drive of a joint of a robot, with gains for the inertia that the joint moves.
+
+    Attributes:
+        commands: kinds of commands that the graphs of the stage give it.
+        controllers: paths of the nodes that give them.
+        armature: inertia of the rotor, kg m2 or kg.
+        start: position in the stage, rad or m.
+    """
+
+    commands: list[str] = field(default_factory=list)
+    controllers: list[str] = field(default_factory=list)
+    armature: float = 0.0
+    start: float = 0.0
 
 
 @dataclass(slots=True)
@@ -82,8 +274,8 @@ class UsdModel:
         pose: pose of the root link in the stage.
         self_collision: whether its links collide with each other.
         drives: what the stage says about the drives of moving joints, by name.
-        materials: physics materials by name.
-        sensors: sensors by name.
+        materials: physics materials by name, each with the links whose colliders have it.
+        sensors: sensors by name; instead of a body and a pose in the world, they have the name of a link and their pose there.
         weightless: links on which gravity does not act.
         namespaces: values of `isaac:namespace`, by name of the link; `""` stands for the robot.
         overrides: values of `isaac:nameOverride`, by name of the link.
@@ -98,8 +290,8 @@ class UsdModel:
     pose: Pose = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     self_collision: bool = False
     drives: dict[str, StatedDrive] = field(default_factory=dict)
-    materials: dict[str, StatedMaterial] = field(default_factory=dict)
-    sensors: dict[str, StatedSensor] = field(default_factory=dict)
+    materials: dict[str, tuple[StageMaterial, list[str]]] = field(default_factory=dict)
+    sensors: dict[str, StageSensor] = field(default_factory=dict)
     weightless: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     overrides: dict[str, str] = field(default_factory=dict)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from graphengine.descriptions.robot_files.draft import Draft, Remark, in_path, rounded
 from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, SensorKeys
-from graphengine.descriptions.usd_model import StatedDrive, StatedMaterial, StatedSensor
+from graphengine.descriptions.usd_model import StageMaterial, StageSensor, StatedDrive
 from graphengine.devices.rotation import IDENTITY
 from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
@@ -46,8 +47,8 @@ def add_stage_parts(draft: Draft) -> None:
     for joint in draft.description.moving():
         if joint.name in usd.drives:
             _joint(draft, joint.name, usd.drives[joint.name])
-    for name, material in usd.materials.items():
-        _material(draft, name, material)
+    for name, (material, links) in usd.materials.items():
+        _material(draft, name, material, links)
     for name, sensor in usd.sensors.items():
         _sensor(draft, name, sensor)
     for lost, path, text, span in usd.remarks:
@@ -66,13 +67,12 @@ def _joint(draft: Draft, name: str, stated: StatedDrive) -> None:
         draft.carry(f"joint {printable(name)} starts at {start:g}, {where}", joint.element.span)
 
 
-def _material(draft: Draft, name: str, stated: StatedMaterial) -> None:
-    solid = [link for link in stated.links if draft.description.links[link].colliders]
+def _material(draft: Draft, name: str, stated: StageMaterial, links: list[str]) -> None:
     value: MaterialKeys = {
         "static_friction": rounded(stated.static_friction),
         "dynamic_friction": rounded(stated.dynamic_friction),
         "combine": stated.combine,
-        "bind": solid,
+        "bind": links,
     }
     draft.materials[name] = Entry(value)
     frictions = f"friction {stated.dynamic_friction:g} sliding"
@@ -83,13 +83,13 @@ def _material(draft: Draft, name: str, stated: StatedMaterial) -> None:
         draft.lose(f"restitution {stated.restitution:g} of {printable(name)}: contacts of MuJoCo have none")
 
 
-def _sensor(draft: Draft, name: str, sensor: StatedSensor) -> None:
-    span = draft.description.links[sensor.link].element.span
+def _sensor(draft: Draft, name: str, sensor: StageSensor) -> None:
+    span = draft.description.links[sensor.body].element.span
     profile, problem = _profile(sensor)
     if problem:
         draft.lose(f"sensor {printable(sensor.path)}: {problem}", span)
         return
-    value: SensorKeys = {"type": sensor.type, "parent": in_path(sensor.link), "profile": profile}
+    value: SensorKeys = {"type": sensor.type, "parent": in_path(sensor.body), "profile": profile}
     position, orientation = sensor.pose
     if any(position):
         value["position"] = [rounded(part) for part in position]
@@ -111,10 +111,10 @@ _GUESSED = {
 }
 
 
-def _profile(sensor: StatedSensor) -> tuple[dict[str, Any] | str, str]:
+def _profile(sensor: StageSensor) -> tuple[dict[str, Any] | str, str]:
     """Return the profile of a sensor, and the reason why it has none; the reason is empty if it has one."""
     if sensor.type == "camera":
-        wide, high = sensor.view
+        wide, high = (math.degrees(2 * math.atan2(size, 2 * sensor.focal)) for size in sensor.aperture)
         if not (0.1 <= wide <= 179.0 and 0.1 <= high <= 179.0):
             return "", f"a field of view of {wide:g} x {high:g} degrees; legal are 0.1 to 179"
         return {"size": [*_PIXELS], "fov_deg": [rounded(wide), rounded(high)], "rate": 30.0}, ""

@@ -4,7 +4,7 @@
 - `stage_physics_process` is the confined process that opens a stage: `layers` opens its files, `stage_frames` converts units and
   axes; `stage_bodies`, `stage_shapes`, `stage_joints`, `stage_materials`, `stage_commands` and `stage_sensors` read one subject
   each.
-- `physics_contents` is the plain data that the process returns, in SI units with z up.
+- `usd_model`, below this package, is the plain data that the process returns, in SI units with z up.
 - `articulations` finds the robots among the bodies and joints; `usd_links` and `usd_masses` make links of them, and `usd_reader`
   the description.
 """

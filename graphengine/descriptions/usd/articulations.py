@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from graphengine.descriptions.usd.physics_contents import PhysicsContents, StageBody, StageJoint
+from graphengine.descriptions.usd_model import PhysicsContents, StageBody, StageJoint
 from graphengine.format.prim_paths import at_or_below
 
 MOVING = ("revolute", "prismatic")

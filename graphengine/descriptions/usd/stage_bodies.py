@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pxr import Gf, Usd, UsdPhysics
 
-from graphengine.descriptions.usd.physics_contents import StageBody
 from graphengine.descriptions.usd.stage_frames import StageFrames, given, number, quaternion, vector
+from graphengine.descriptions.usd_model import StageBody
 from graphengine.devices.rotation import Vector3
 
 

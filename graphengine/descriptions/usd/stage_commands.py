@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from pxr import Usd
 
-from graphengine.descriptions.usd.physics_contents import StageCommand
 from graphengine.descriptions.usd.stage_frames import given, target, text
+from graphengine.descriptions.usd_model import StageCommand
 
 _CONTROLLER = "IsaacArticulationController"
 _KINDS = ("position", "velocity", "effort")

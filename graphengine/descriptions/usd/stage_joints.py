@@ -6,9 +6,9 @@ import math
 
 from pxr import Gf, Usd, UsdPhysics
 
-from graphengine.descriptions.usd.physics_contents import StageDrive, StageJoint
 from graphengine.descriptions.usd.stage_bodies import body_of
 from graphengine.descriptions.usd.stage_frames import StageFrames, finite, given, number, target, text
+from graphengine.descriptions.usd_model import StageDrive, StageJoint
 from graphengine.devices.rotation import Pose, Vector3
 
 _KINDS = {

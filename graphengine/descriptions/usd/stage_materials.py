@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdPhysics, UsdShade
 
-from graphengine.descriptions.usd.physics_contents import StageMaterial
 from graphengine.descriptions.usd.stage_frames import given, number, text
+from graphengine.descriptions.usd_model import StageMaterial
 
 Colour = tuple[float, float, float, float]
 _RULES = ("average", "min", "multiply", "max")

@@ -14,7 +14,6 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdPhysics
 
 from graphengine.descriptions.usd.layers import UnreadableError, confined, open_stage, reason, variants_of
-from graphengine.descriptions.usd.physics_contents import PhysicsContents
 from graphengine.descriptions.usd.stage_bodies import body_of, is_body, read_body
 from graphengine.descriptions.usd.stage_commands import read_command
 from graphengine.descriptions.usd.stage_frames import StageFrames, UnusableError, given, text
@@ -22,6 +21,7 @@ from graphengine.descriptions.usd.stage_joints import is_joint, read_joint
 from graphengine.descriptions.usd.stage_materials import read_material
 from graphengine.descriptions.usd.stage_sensors import read_sensor
 from graphengine.descriptions.usd.stage_shapes import ShapeReader
+from graphengine.descriptions.usd_model import PhysicsContents
 from graphengine.format.files import Files
 from graphengine.sandbox.untrusted import answer
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pxr import Usd
 
-from graphengine.descriptions.usd.physics_contents import StageSensor
 from graphengine.descriptions.usd.stage_bodies import body_of
 from graphengine.descriptions.usd.stage_frames import StageFrames, number, text
+from graphengine.descriptions.usd_model import StageSensor
 
 _TYPES = {
     "Camera": "camera",

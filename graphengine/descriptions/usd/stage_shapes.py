@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdPhysics
 
 from graphengine.descriptions.files.meshes import Part, msh
-from graphengine.descriptions.usd.physics_contents import Kind, PhysicsContents, StageShape
 from graphengine.descriptions.usd.stage_frames import (
     Matrix,
     Placed,
@@ -27,6 +26,7 @@ from graphengine.descriptions.usd.stage_frames import (
     vector,
 )
 from graphengine.descriptions.usd.stage_materials import Colour, colour_of, physics_material
+from graphengine.descriptions.usd_model import Kind, PhysicsContents, StageShape
 from graphengine.devices.rotation import IDENTITY, Vector3, compose
 
 MAX_POINTS = 2_000_000

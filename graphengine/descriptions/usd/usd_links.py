@@ -13,8 +13,8 @@ from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.robot_description import WORLD, Bounds, Joint, Link, Mimic
 from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from graphengine.descriptions.usd.articulations import MOVING, Articulation, TreeJoint
-from graphengine.descriptions.usd.physics_contents import PhysicsContents, StageBody, StageShape
 from graphengine.descriptions.usd.prim_spans import PrimSpans
+from graphengine.descriptions.usd_model import PhysicsContents, StageBody, StageShape
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, relative, rotate, tilt_of
 from graphengine.format.wording import printable
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from graphengine.descriptions.engine import REFUSALS, compiled, mujoco
 from graphengine.descriptions.inertia import WATER
 from graphengine.descriptions.robot_description import Inertial
-from graphengine.descriptions.usd.physics_contents import StageBody, StageShape
+from graphengine.descriptions.usd_model import StageBody, StageShape
 from graphengine.devices.rotation import Pose, compose, pose_of, relative
 
 _TYPES = {

@@ -19,13 +19,12 @@ from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.urdf.urdf_reader import check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.descriptions.usd.articulations import Articulation, articulations
-from graphengine.descriptions.usd.physics_contents import PhysicsContents
 from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.descriptions.usd.stage_files import needed, tell_failure, tell_left_out, tell_process
 from graphengine.descriptions.usd.usd_links import UsdLinks
 from graphengine.descriptions.usd.usd_masses import inertial_of
 from graphengine.descriptions.usd.usd_settings import add_settings
-from graphengine.descriptions.usd_model import UsdModel
+from graphengine.descriptions.usd_model import PhysicsContents, UsdModel
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.wording import listing, printable

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from graphengine.descriptions.usd.articulations import TreeJoint
-from graphengine.descriptions.usd.physics_contents import PhysicsContents, StageCommand, StageDrive
 from graphengine.descriptions.usd.usd_links import UsdLinks
-from graphengine.descriptions.usd_model import StatedDrive, StatedMaterial, StatedSensor, UsdModel
+from graphengine.descriptions.usd_model import PhysicsContents, StageCommand, StageDrive, StatedDrive, UsdModel
 from graphengine.devices.rotation import compose, relative, rotate, unrotate
 from graphengine.format.prim_paths import at_or_below, prim_name
 
@@ -47,19 +46,13 @@ def _drive(each: TreeJoint, name: str, contents: PhysicsContents, made: UsdLinks
     """Return what a stage says about the drive of a joint, including the commands of its graphs."""
     joint, drive = each.joint, each.joint.drive or StageDrive()
     inertia = _inertia(each, made) if drive.acceleration else 1.0
-    commanding = [command for command in contents.commands if _commands(command, joint.path, name, made)]
-    kinds = tuple(dict.fromkeys(kind for command in commanding for kind in command.kinds))
-    return StatedDrive(
-        stiffness=drive.stiffness * inertia,
-        damping=drive.damping * inertia,
-        max_force=drive.max_force,
-        position=drive.position,
-        velocity=drive.velocity,
-        commands=kinds,
-        controllers=tuple(command.path for command in commanding),
-        armature=joint.armature,
-        start=made.starts.get(name, 0.0),
-    )
+    stated = StatedDrive(**asdict(drive), armature=joint.armature, start=made.starts.get(name, 0.0))
+    stated.stiffness, stated.damping = drive.stiffness * inertia, drive.damping * inertia
+    for command in contents.commands:
+        if _commands(command, joint.path, name, made):
+            stated.controllers.append(command.path)
+            stated.commands += [kind for kind in command.kinds if kind not in stated.commands]
+    return stated
 
 
 def _commands(command: StageCommand, path: str, name: str, made: UsdLinks) -> bool:
@@ -100,27 +93,15 @@ def _materials(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> No
         if len(found) > 1:
             made.remarks.append((True, path, f"of its {len(found)} physics materials only {found[0]} is used"))
     for name, path in _unique(bound):
-        material = contents.materials[path]
-        model.materials[name] = StatedMaterial(
-            material.static_friction,
-            material.dynamic_friction,
-            material.restitution,
-            material.combine,
-            tuple(bound[path]),
-        )
+        model.materials[name] = contents.materials[path], bound[path]
 
 
 def _sensors(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:
     ours = {sensor.path: sensor for sensor in contents.sensors if sensor.body in made.frames and sensor.body}
     for name, path in _unique(ours):
         sensor = ours[path]
-        view = (0.0, 0.0)
-        if sensor.focal > 0:
-            wide, high = (math.degrees(2 * math.atan(size / (2 * sensor.focal))) for size in sensor.aperture)
-            view = wide, high
         pose = relative(made.frame_in_world(sensor.body), sensor.pose)
-        link = made.names[sensor.body]
-        model.sensors[name] = StatedSensor(path, sensor.type, link, pose, sensor.model, view)
+        model.sensors[name] = replace(sensor, body=made.names[sensor.body], pose=pose)
 
 
 def _unique(paths: Iterable[str]) -> Iterator[tuple[str, str]]:

@@ -25,9 +25,9 @@ from pxr import Sdf, Usd
 from graphengine.descriptions.link_tree import MAX_LINKS
 from graphengine.descriptions.usd import usd_reader
 from graphengine.descriptions.usd.layers import confined
-from graphengine.descriptions.usd.physics_contents import PhysicsContents
 from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.descriptions.usd.stage_physics_process import PhysicsReading
+from graphengine.descriptions.usd_model import PhysicsContents
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.sandbox.confinement import ProcessError
@@ -93,10 +93,9 @@ def mutant(data: bytes, dice: random.Random, *, binary: bool) -> bytes:
         made = bytearray(data)
         for _ in range(dice.choice((1, 2, 5))):
             found = list(kind.finditer(made))
-            one, other = dice.choice(found), dice.choice(found)[0]
-            made[one.start() : one.end()] = (
-                dice.choice((other, dice.choice(_NUMBERS).encode())) if kind is _NUMBER else other
-            )
+            one, value = dice.choice(found), bytes(dice.choice(found)[0])
+            value = dice.choice((value, dice.choice(_NUMBERS).encode())) if kind is _NUMBER else value
+            made[one.start() : one.end()] = value
         return bytes(made)
     made = bytearray(data)
     for _ in range(dice.choice((1, 1, 2, 4, 16))):
