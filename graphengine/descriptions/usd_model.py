@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -228,6 +229,8 @@ class PhysicsContents:
         fit = fit and all(len(shape.sizes) == _SIZES.get(shape.kind, 0) for shape in shapes)
         fit = fit and all(0 <= shape.mesh < len(self.meshes) for shape in shapes if shape.kind == "mesh")
         fit = fit and all(shape.material in self.materials for shape in shapes if shape.material)
+        for mesh in self.meshes:
+            base64.b64decode(mesh, validate=True)
         if not (fit and all(map(math.isfinite, _numbers(self)))):
             raise ValueError(self)
 

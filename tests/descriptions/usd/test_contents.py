@@ -11,13 +11,17 @@ import pytest
 pytest.importorskip("pxr")
 
 from graphengine.bringup.robots.import_robot import Imported, Origin, import_robot
+from graphengine.descriptions.description_reader import with_robot_file
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.shapes import Box, Mesh, Sphere
+from graphengine.descriptions.usd import usd_reader
 from graphengine.descriptions.usd.usd_reader import read_usd
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from tests.descriptions.files.forging import forged
 from tests.descriptions.usd import fuzz
 from tests.descriptions.usd.stages import StageWriter, workshop
+from tests.isaac.harness import kept_answers
 
 
 def described(path: Path) -> RobotDescription:
@@ -225,3 +229,18 @@ def test_units_that_are_not_stated_are_those_of_isaac_sim(tmp_path: Path) -> Non
     assert description is not None
     assert description.mass == pytest.approx(1000.0 * 0.5**3)
     assert "assumed, as in Isaac Sim: metersPerUnit: 1, upAxis: Z" in findings.items[-1].message
+
+
+def test_no_forged_answer_raises_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that was taken over by a stage may answer anything."""
+    real = kept_answers(usd_reader, monkeypatch)
+    path = workshop(tmp_path / "robot.usda")
+    described(path)
+    for answer in forged(real[0], 300):
+        monkeypatch.setattr(usd_reader, "ask", lambda *_, answer=answer: answer)
+        findings = Findings()
+        description = read_usd(path, Files.of(path), findings)
+        assert description is not None or findings.errors
+        assert all(finding.render() for finding in findings.items)
+        if description is not None and description.usd is not None:
+            with_robot_file(description, path, findings)
