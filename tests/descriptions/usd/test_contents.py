@@ -16,8 +16,10 @@ from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.shapes import Box, Mesh, Sphere
 from graphengine.descriptions.usd import usd_reader
 from graphengine.descriptions.usd.usd_reader import read_usd
+from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from graphengine.physics.model.robot_prims import add_robot
 from tests.descriptions.files.forging import forged
 from tests.descriptions.usd import fuzz
 from tests.descriptions.usd.stages import StageWriter, workshop
@@ -135,7 +137,25 @@ def test_sensors_have_the_profiles_of_their_names(cart: Imported) -> None:
     assert sensors["eye"]["position"] == [0.2, 0.0, 0.1]
     assert sensors["scanner"] == {"type": "lidar", "parent": "base", "profile": "microscan3_9m_20hz"}
     assert (sensors["imu"]["type"], sensors["bumper"]["type"]) == ("imu", "contact")
+    microscan = {"type": "lidar", "parent": "base", "profile": "microscan3_9m_20hz", "position": [0.0, 0.0, 0.15]}
+    assert sensors["sim_lidar"] == microscan
+    assert sensors["sim_camera"] == {"type": "realsense_d455", "parent": "base", "position": [0.3, 0.0, 0.05]}
     assert any("/World/Cart/base/unheard: no profile is known" in remark.text for remark in cart.draft.lost)
+
+
+def test_graphs_of_the_stage_find_its_prims(cart: Imported) -> None:
+    """A path may leave out the links between a robot and one of its links, which are siblings in the stage."""
+    stage = Stage()
+    bodies = {f"{cart.robot.name}/{link}" for link in cart.draft.description.links}
+    add_robot(stage, cart.robot, bodies, Findings())
+    for path in ("base", "finger", "base/sim_lidar/Lidar", "base/sim_camera/RSD455/Camera_Pseudo_Depth"):
+        assert stage.find(f"{cart.robot.prim_path}/{path}").name == path.rpartition("/")[2]
+
+
+def test_textures_are_told(tmp_path: Path) -> None:
+    path, findings = workshop(tmp_path / "robot.usda"), Findings()
+    read_usd(path, Files.of(path), findings)
+    assert any("textures of the stage are not drawn" in finding.message for finding in findings.items)
 
 
 def test_materials_gravity_and_names_are_carried_over(cart: Imported) -> None:
