@@ -1,4 +1,4 @@
-"""`graphrun import-robot`: make a robot file from a URDF, xacro, SDF or MJCF file, or from a running ROS 2 system.
+"""`graphrun import-robot`: make a robot file from a URDF, xacro, SDF, MJCF or USD file, or from a running ROS 2 system.
 
 The former name of this verb is `import-urdf`.
 """
@@ -9,6 +9,7 @@ import argparse
 import os
 import re
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,7 @@ from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError, UsageError
-from graphengine.format.files import Files, installed_packages, near, require_file, require_suffix
+from graphengine.format.files import USD, Files, installed_packages, near, require_file, require_suffix
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ TOPIC = "/robot_description"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun import-robot` to its parser."""
     description = "robot description file; without a file, give --topic or --node"
-    add_value(parser, "file", "URDF|XACRO|SDF|MJCF", description, nargs="?")
+    add_value(parser, "file", "URDF|XACRO|SDF|MJCF|USD", description, nargs="?")
     add_value(parser, "--output", "FILE", "robot file to write, such as my_robot.yaml", short="-o", type=Path)
     add_flag(parser, "--args", "list the arguments of a xacro file and write no files", dest="list_arguments")
     add_flag(parser, "--force", "overwrite existing files")
@@ -61,7 +62,13 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         "parameter file of ros2_control, such as ros2_controllers.yaml; its controllers show how the base is driven",
         type=Path,
     )
-    add_value(parser, "--model", "NAME", "model of the SDF file to import (default: the only one)", default="")
+    model = "model of the SDF file, or prim of the USD stage, to import (default: the only one)"
+    add_value(parser, "--model", "NAME", model, default="")
+    variant = "select a variant of the USD stage, as SET=NAME or PRIM:SET=NAME"
+    add_repeatable(parser, "--variant", "SET=NAME", variant)
+    assets = "look up assets on servers, such as omniverse://, by the end of their path in this folder; none is fetched"
+    add_repeatable(parser, "--assets", "FOLDER", assets, type=Path)
+    add_repeatable(parser, "--replace", "REFERENCE=FILE", "use a file in place of a reference of the USD stage")
     add_value(parser, "--macro", "NAME", "macro of the xacro file that defines the robot")
     left_out = "leave out everything from this package: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
@@ -171,7 +178,7 @@ def check_source(arguments: argparse.Namespace) -> None:
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
             raise UsageError(f"{text}: write an argument as NAME:=VALUE, as for xacro")
-    for folder in (*arguments.allow, *arguments.package_path):
+    for folder in (*arguments.allow, *arguments.package_path, *arguments.assets):
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
     if not 0 < arguments.timeout <= LONGEST_WAIT:
@@ -222,6 +229,8 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
 
     path = Path(near(arguments.file))
     require_file(path)
+    if path.suffix in USD:
+        return _from_stage(arguments, path, target, findings)
     require_suffix(path, "import-robot")
     element = read_root(path, findings)
     if element is None:
@@ -250,6 +259,48 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     return Origin(source.element, packages, given_path, told, target, arguments.fixed_base, wrapper=source.wrapper)
 
 
+def _from_stage(arguments: argparse.Namespace, path: Path, target: Path, findings: Findings) -> Origin | None:
+    """Read a robot of a USD stage; return None after an error."""
+    from graphengine.bringup.robots.import_robot import Origin
+    from graphengine.descriptions.usd.stage_files import needed
+    from graphengine.descriptions.usd.usd_reader import StageChoice, read_usd
+
+    if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
+        raise UsageError(f"{given[0]}: {path} is a USD stage, which has no arguments, macros or packages")
+    if absent := needed():
+        raise UsageError(absent)
+    choice = StageChoice(
+        arguments.model,
+        _pairs(arguments.variant, "--variant SET=NAME or PRIM:SET=NAME"),
+        {key: str(Path(file).resolve()) for key, file in _pairs(arguments.replace, "--replace REFERENCE=FILE").items()},
+        [folder.resolve() for folder in arguments.assets],
+    )
+    around = [*choice.mirrors, *(Path(file).parent for file in choice.replaced.values())]
+    description = read_usd(path, _files(path, arguments, around), findings, choice)
+    if description is None:
+        return None
+    fixed, packages = arguments.fixed_base, description.packages
+    return Origin(
+        description.element,
+        packages,
+        path,
+        str(path),
+        target,
+        fixed,
+        model=path,
+        stage=description,
+        choice=choice.keys(),
+    )
+
+
+def _pairs(texts: Sequence[str], form: str) -> dict[str, str]:
+    """Return the values of an option `KEY=VALUE` by key; raise UsageError if one has another form."""
+    pairs = {text: text.rpartition("=") for text in texts}
+    if wrong := next((text for text, (key, _, value) in pairs.items() if not (key and value)), ""):
+        raise UsageError(f"{wrong}: write {form}")
+    return {key: value for key, _, value in pairs.values()}
+
+
 def _list_arguments(arguments: argparse.Namespace) -> int:
     """Print the arguments of a xacro file; return 0, or 1 if the file cannot be read."""
     from graphengine.bringup.robots.robot_source import arguments_of
@@ -271,13 +322,13 @@ def _list_arguments(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _files(given: Path, arguments: argparse.Namespace) -> Files:
+def _files(given: Path, arguments: argparse.Namespace, more: Sequence[Path] = ()) -> Files:
     """Return the access policy for files: the package or model folders around the description, and folders given by options."""
     from graphengine.descriptions.sdf.sdf_files import model_folders
 
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
     around = [package] if package is not None else model_folders(given)
-    allowed = [*arguments.allow, *arguments.package_path, *around]
+    allowed = [*arguments.allow, *arguments.package_path, *around, *more]
     return Files.of(given, allowed, Path.cwd(), installed_packages())
 
 

@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun new` to its parser."""
     add_value(parser, "folder", "DIR", "folder to create; it must be empty or not exist", type=Path)
     description = "robot description file (default: use the included Clearpath Dingo-D)"
-    add_value(parser, "--from", "URDF|XACRO|SDF|MJCF", description, dest="file")
+    add_value(parser, "--from", "URDF|XACRO|SDF|MJCF|USD", description, dest="file")
     parser.add_argument("--world", choices=WORLDS, help="world of the scene (default: table for an arm, else flat)")
     import_urdf.add_source_arguments(parser)
 

@@ -58,6 +58,7 @@ class Project:
 
     def __init__(self, folder: Path, name: str, world: str | None) -> None:
         self.folder = folder
+        self.extras = "view"
         self.name = name
         self.world = world
         self.robot_file = folder / "robots" / f"{name}.yaml"
@@ -82,6 +83,7 @@ class Project:
         x, y, z = (*world.stand, imported.lift) if imported.free else world.mount
         place = (x, y, z + imported.rise)
         self._add_ros2_control(imported)
+        self.extras = "usd,view" if imported.draft.description.usd is not None else "view"
         self._add_rest(f"the robot of {imported.draft.source}", skills_of(imported), world, place)
 
     def write(self) -> None:
@@ -121,7 +123,7 @@ class Project:
         self._add(self.scene_file, filled(TEMPLATES / "scene.txt", {"stands": skills.stands}, **names, **position))
         self.holds = skills.holds
         self._add(self.folder / "test_robot.py", test_file(self.name, skills))
-        needed = requirement("view")
+        needed = requirement(self.extras)
         self._add(self.folder / "requirements.txt", f"{needed}\npytest\n")
         by_hand = [needed.removeprefix("# ")] if needed.startswith("#") else []
         moves = "Move the robot from another terminal while the simulation runs:"

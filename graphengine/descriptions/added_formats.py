@@ -20,7 +20,21 @@ from graphengine.format.entry_points import by_name, first_line, load_only, pack
 from graphengine.format.errors import GraphError
 
 GROUP = "graphengine.descriptions"
-_BUILT_IN = ("", ".urdf", ".xacro", ".sdf", ".world", ".xml", ".mjcf", ".yaml", ".yml")
+_BUILT_IN = (
+    "",
+    ".urdf",
+    ".xacro",
+    ".sdf",
+    ".world",
+    ".xml",
+    ".mjcf",
+    ".usd",
+    ".usda",
+    ".usdc",
+    ".usdz",
+    ".yaml",
+    ".yml",
+)
 """Suffixes that no package can add."""
 
 

@@ -1,4 +1,4 @@
-"""Reads robot descriptions (URDF, xacro, SDF, MJCF), with the robot file that names them or with a generated one."""
+"""Reads robot descriptions (URDF, xacro, SDF, MJCF, USD), with the robot file that names them or with a generated one."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, parse
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
 from graphengine.descriptions.robot_description import RobotDescription
-from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
+from graphengine.descriptions.robot_files.default_drives import add_stated_drives, add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
 from graphengine.descriptions.robot_files.robot_file import RobotFile
+from graphengine.descriptions.robot_files.stage_parts import add_stage_parts
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.descriptions.sdf.sdf_files import is_sdf
 from graphengine.descriptions.sdf.sdf_reader import read_sdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
+from graphengine.descriptions.usd.stage_files import SUFFIXES as USD_SUFFIXES
+from graphengine.descriptions.usd.usd_reader import StageChoice, read_usd
 from graphengine.descriptions.xacro import xacro
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document, Value
@@ -28,20 +31,20 @@ from graphengine.format.wording import allowing
 from graphengine.format.yaml_text import read_back
 
 MJCF_SUFFIX = ".xml"
-SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
+SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES, *USD_SUFFIXES)
 
 
 def read_description(file: RobotFile, library: Library) -> RobotDescription | None:
-    """Read the description that a robot file names by `urdf` or `mjcf`, and return its links and joints.
+    """Read the description that a robot file names by `urdf`, `mjcf` or `usd`, and return its links and joints.
 
     Return None after an error; errors are added to the findings of the library.
     """
     files, findings = library.files, library.findings
-    if file.spec.mjcf:
+    if file.spec.mjcf or file.spec.usd:
         return _read_model(file, library)
     if not file.spec.urdf:
         span = file.chain[0].document.span().part(0, 1)
-        remedy = "name a robot description by `urdf`, or a MuJoCo model by `mjcf`"
+        remedy = "name a robot description by `urdf`, a MuJoCo model by `mjcf`, or a USD stage by `usd`"
         findings.add("G107", "missing key 'urdf'", span, remedy)
         return None
     path = files.look_up(file.spec.urdf, file.folder("urdf"), findings, file.span("urdf"))
@@ -70,14 +73,25 @@ def _converted(path: Path, root: Element | None, packages: Packages, findings: F
 
 
 def _read_model(file: RobotFile, library: Library) -> RobotDescription | None:
-    """Return the MuJoCo model that a robot file names by `mjcf`; None after an error."""
-    for key in ("urdf", "xacro_arguments", "package_paths"):
+    """Return the MuJoCo model that a robot file names by `mjcf`, or the robot of a stage by `usd`; None after an error."""
+    named, what = ("mjcf", "a MuJoCo model") if file.spec.mjcf else ("usd", "a USD stage")
+    others = ("usd",) if file.spec.mjcf else ()
+    for key in ("urdf", "xacro_arguments", "package_paths", *others):
         if getattr(file.spec, key):
-            text = f"{key}: not allowed beside `mjcf`, which names a MuJoCo model"
+            text = f"{key}: not allowed beside `{named}`, which names {what}"
             library.findings.add("G109", text, file.key_span(key))
             return None
-    path = library.files.look_up(file.spec.mjcf, file.folder("mjcf"), library.findings, file.span("mjcf"))
-    return read_mjcf(path, library) if path is not None else None
+    path = library.files.look_up(
+        getattr(file.spec, named), file.folder(named), library.findings, file.span(named), stages=named == "usd"
+    )
+    if path is None or named == "mjcf":
+        return read_mjcf(path, library) if path is not None else None
+    spec = file.spec
+    replaced = {url: str(file.folder("usd_replace", url) / name) for url, name in spec.usd_replace.items()}
+    mirrors = [file.folder("usd_assets") / name for name in spec.usd_assets]
+    return read_usd(
+        path, library.files, library.findings, StageChoice(spec.usd_robot, spec.usd_variants, replaced, mirrors)
+    )
 
 
 def _packages(path: Path, file: RobotFile, files: Files, findings: Findings) -> Packages | None:
@@ -128,6 +142,8 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, RobotD
     if is_mjcf(use):
         description = read_mjcf(path, library, use if is_text(use) else None)
         return with_robot_file(description, path, findings)
+    if not is_text(use) and path.suffix in USD_SUFFIXES:
+        return with_robot_file(read_usd(path, files, findings), path, findings)
     packages = Packages(path.parent, (), files)
     root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read_root(path, findings)
     if root is not None and not is_text(use) and xacro.is_xacro(path, root):
@@ -148,6 +164,9 @@ def with_robot_file(
     draft = Draft(description, "bare", path.name, path.name)
     if description.mjcf is not None:
         add_model_parts(draft)
+    elif description.usd is not None:
+        add_stage_parts(draft)
+        add_stated_drives(draft)
     else:
         draft.fixed_base = any(each.first("static") is not None for each in description.element.all("gazebo"))
         add_wheel_drives(draft)

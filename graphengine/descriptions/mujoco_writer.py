@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.files.bounds import PART, memory_of_file
+from graphengine.descriptions.files.contained_meshes import contained
 from graphengine.descriptions.files.mesh_file import MeshFile
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, number
@@ -76,7 +77,10 @@ def write_robot(
     masses = inertials(description, free=free_link is not None, findings=findings)
     every = (shape for link in description.links.values() for shape in link.shapes)
     meshes = [(mesh.element, shape.visual) for shape in every if isinstance(mesh := shape.geometry, Mesh)]
-    files = library.meshes(meshes, description.packages)
+    if description.usd is not None:
+        files = contained(meshes, description.usd.meshes, library)
+    else:
+        files = library.meshes(meshes, description.packages)
     shapes = {name: list(_parts(link.shapes, files, findings)) for name, link in description.links.items()}
     if len(findings.errors) > before or not library.add_memory(_memory(description, shapes, library, more), "S103"):
         return None

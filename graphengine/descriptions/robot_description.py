@@ -16,6 +16,7 @@ from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, multip
 if TYPE_CHECKING:
     from graphengine.descriptions.actuators.mjcf_actuators import Actuator
     from graphengine.descriptions.actuators.mjcf_model import Keyframe, MjcfModel
+    from graphengine.descriptions.usd_model import UsdModel
 
 TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic")
@@ -165,6 +166,7 @@ class RobotDescription:
         joints: joints by name, in order of the file.
         root: link without a parent joint.
         mjcf: MuJoCo model of the robot if MJCF describes it, otherwise None.
+        usd: what a USD stage says about the robot if one describes it, otherwise None.
     """
 
     element: Element
@@ -173,6 +175,7 @@ class RobotDescription:
     joints: dict[str, Joint]
     root: str
     mjcf: MjcfModel | None = None
+    usd: UsdModel | None = None
 
     @property
     def moves_freely(self) -> bool:

@@ -48,7 +48,7 @@ YAML = (".yaml", ".yml")
 INCLUDED = ("scenes", "graphs")
 """Folders with included files, in the order in which a name is looked up."""
 USD = (".usd", ".usda", ".usdc", ".usdz")
-STAGE = "USD stage, of which only ActionGraphs can be read, no worlds and no robots"
+STAGE = "USD stage, of which robots and ActionGraphs can be read, no worlds"
 """Name of USD files in messages."""
 OTHERS = (
     ((".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".world"), "a description", "import-robot", " -o robots/NAME.yaml"),
@@ -194,7 +194,14 @@ class Files:
         raise NotFoundError(f"no file {reference!r}", self._near(reference, places), looked)
 
     def look_up(
-        self, reference: str, folder: Path, findings: Findings, span: Span | None, owner: str = ""
+        self,
+        reference: str,
+        folder: Path,
+        findings: Findings,
+        span: Span | None,
+        owner: str = "",
+        *,
+        stages: bool = False,
     ) -> Path | None:
         """Return the path of the file that a reference means, as `find` does; add errors to `findings`, and then return None.
 
@@ -204,16 +211,17 @@ class Files:
             findings: receives the error.
             span: position of the reference.
             owner: beginning of the error message that says which entry needs the file, such as `graph 'clock': `.
+            stages: whether the reference may name a USD stage.
         """
         try:
             path = self.find(reference, folder)
         except NotFoundError as error:
             findings.add("S101", f"{owner}{error.message}", span, *error.help)
             return None
-        if path.suffix.lower() not in USD:
+        if stages or path.suffix.lower() not in USD:
             return path
         advice = (
-            "give the MJCF or SDF file of the world, or the URDF file of the robot; Isaac Sim exports robots as URDF"
+            "give the MJCF or SDF file of the world; a robot of a stage belongs into `robots:`, as NAME: {use: FILE}"
         )
         command = f"read its ActionGraphs: graphrun import {quoted(self.shown(path))}"
         findings.add("S101", f"{owner}{str(reference)!r} is a {STAGE}", span, advice, command)

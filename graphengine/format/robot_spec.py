@@ -218,6 +218,16 @@ class RobotSpec(FileSpec, defer_build=True):
     """Robot description: a URDF file, or a .xacro or .sdf file, which is converted to URDF."""
     mjcf: str = ""
     """MuJoCo model (MJCF) of the robot, instead of `urdf`. The model is used unchanged; its actuators are the robot's drives."""
+    usd: str = ""
+    """USD stage with the robot, instead of `urdf`. Needs usd-core."""
+    usd_robot: str = ""
+    """Path or name of the robot's prim, for a stage with several robots."""
+    usd_variants: dict[str, str] = {}
+    """Variants to select in the stage, as SET: NAME for all prims, or "PRIM:SET": NAME."""
+    usd_assets: tuple[str, ...] = Field(default=(), strict=False)
+    """Folders with copies of assets that the stage refers to on a server; the end of the asset's path is looked up there."""
+    usd_replace: dict[str, str] = {}
+    """Files in place of references of the stage, by reference."""
     start: str = ""
     """Keyframe of the MuJoCo model in which the robot starts."""
     xacro_arguments: dict[str, str | bool | int | float] = {}

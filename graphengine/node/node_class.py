@@ -60,6 +60,8 @@ UNKNOWN_PRIM = "prim:*"
 """Resource key of a prim whose path is not known before the run because it comes from a wire."""
 
 Ending = Literal["at_stop", "at_close"]
+REFUSALS = (ValueError, GraphError)
+"""Exceptions with which a node may refuse values."""
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
 """Names of the methods of event nodes that the engine calls between ticks."""
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.compiler.schema import make_schema
-from graphengine.format.errors import GraphError
-from graphengine.node.node_class import Node, NodeClassError
+from graphengine.node.node_class import REFUSALS, Node, NodeClassError
 from graphengine.node.port import Port
 from graphengine.node.types import UnionType
 from graphengine.testing.recording_context import RecordingContext
@@ -135,6 +134,6 @@ def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
             outputs = [getattr(node, p.field) for p in node.fields.values() if p.side == "outputs" and not p.is_exec]
             record += [(v.dtype.str, v.shape, v.tobytes()) if isinstance(v, np.ndarray) else repr(v) for v in outputs]
             record += [context.transport.raw(topic)[before:] for topic, before in sent.items()]
-    except (ValueError, GraphError) as refusal:
+    except REFUSALS as refusal:
         record.append(str(refusal))
     return plays if again else [record, record]

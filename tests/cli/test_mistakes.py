@@ -214,7 +214,6 @@ def test_an_illegal_value_is_answered_with_a_guess_or_a_short_list(
         (["show", "out.mcap"], "a recording\n  graphrun replay out.mcap"),
         (["import", "my robot.urdf"], "a description\n  graphrun import-robot 'my robot.urdf' -o robots/NAME.yaml"),
         (["import-robot", "fine.py", "-o", "x.yaml"], "a script of Isaac Sim\n  graphrun import fine.py"),
-        (["import-robot", "arm.usd", "-o", "x.yaml"], f"a {STAGE}\n  graphrun import arm.usd"),
         (["run", "hall.usda"], f"a {STAGE}\n  graphrun import hall.usda"),
     ],
 )
@@ -222,7 +221,7 @@ def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
     graphrun: Graphrun, folder: Path, arguments: list[str], said: str
 ) -> None:
     (folder / "my robot.urdf").write_text("<robot name='r'/>", encoding="utf-8")
-    for other in ("out.mcap", "arm.usd", "hall.usda"):
+    for other in ("out.mcap", "hall.usda"):
         (folder / other).touch()
     verb, name, *_ = arguments
     graphrun(*arguments, code=2, out="", err=f"graphrun {verb}: {name}: {said}\n")
@@ -232,12 +231,11 @@ def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
     ("scene", "at"),
     [
         ("world: hall.usda", "s.yaml:2:8"),
-        ("world: flat.xml\nrobots: {r: {use: hall.usda}}", "s.yaml:3:19"),
         ("world: flat.xml\nrobots: {r: {use: r.yaml}}", "r.yaml:2:7"),
         ("world: flat.xml\ngraphs: {g: {use: hall.usda, at: /World/g}}", "s.yaml:3:19"),
     ],
 )
-def test_a_usd_stage_as_a_world_or_robot_is_refused_with_the_supported_uses(
+def test_a_usd_stage_as_a_world_or_urdf_is_refused_with_the_supported_uses(
     graphrun: Graphrun, folder: Path, scene: str, at: str
 ) -> None:
     for name, text in (

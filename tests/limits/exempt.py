@@ -44,8 +44,11 @@ TESTED = {
     "isaac.script.script_reader.STARTING_SECONDS": (
         "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
     ),
-    "isaac.stage.stage_process.MAX_MEMORY_BYTES": (
+    "descriptions.usd.layers.MAX_MEMORY_BYTES": (
         "tests/sandbox/test_confinement.py::test_a_confined_process_has_no_environment_variables_and_limited_memory"
+    ),
+    "descriptions.usd.usd_reader.MAX_SECONDS": (
+        "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
     ),
     "isaac.stage.stage_reader.MAX_SECONDS": (
         "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"

@@ -9,6 +9,11 @@ import numpy as np
 import pytest
 
 from graphengine.compiler.registry import default_registry
+from graphengine.descriptions.usd import usd_reader
+from graphengine.descriptions.usd.prim_spans import PrimSpans
+from graphengine.descriptions.usd.stage_physics_process import PhysicsReading
+from graphengine.descriptions.usd.usd_reader import read_usd
+from graphengine.descriptions.usd_model import PhysicsContents
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.files import Files
 from graphengine.isaac import graph_file
@@ -24,7 +29,6 @@ from graphengine.isaac.script.import_finder import ImportFinder
 from graphengine.isaac.script.losses import Losses
 from graphengine.isaac.script.script_answer import ScriptAnswer
 from graphengine.isaac.stage import graphs, stage_reader, usd_conversion
-from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import StageContents, StagePrim
 from graphengine.isaac.stage.stage_process import StageReading
 from graphengine.sandbox.untrusted import encoded
@@ -258,7 +262,7 @@ def _(parts: int) -> bool:
     return accepts(lambda: reader.count(parts), graphs.TooManyError)
 
 
-@limit("isaac.stage.layers.MAX_BYTES", at=1000)
+@limit("descriptions.usd.layers.MAX_BYTES", at=1000)
 def _(size: int, folder: Path) -> bool:
     (folder / "a.usda").write_text("#usda 1.0\n".ljust(size - 100, "#"), encoding="utf-8")
     stage = '#usda 1.0\n( subLayers = [@a.usda@]\n)\ndef "A" {}\n'.ljust(100, "\n")
@@ -268,14 +272,14 @@ def _(size: int, folder: Path) -> bool:
     return not contents.left_out
 
 
-@limit("isaac.stage.layers.MAX_LAYERS", at=3)
+@limit("descriptions.usd.layers.MAX_LAYERS", at=3)
 def _(layers: int, folder: Path) -> bool:
     names = [f"l{number}" for number in range(layers - 1)]
     text = f"#usda 1.0\n( subLayers = [{', '.join(f'@{name}.usda@' for name in names)}]\n)\n"
     return not read(folder, text, **dict.fromkeys(names, "#usda 1.0\n")).contents.left_out
 
 
-@limit("isaac.stage.stage_process.MOST_CHOICES", at=3)
+@limit("descriptions.usd.layers.MOST_CHOICES", at=3)
 def _(choices: int, folder: Path) -> bool:
     names = [f"v{number}" for number in range(choices)]
     sets = "".join(f'    variantSet "{name}" = {{ "a" {{\n}}\n}}\n' for name in names)
@@ -284,13 +288,13 @@ def _(choices: int, folder: Path) -> bool:
     return len(read(folder, text).contents.choices) == choices
 
 
-@limit("isaac.stage.prim_spans.MAX_BYTES", at=50)
+@limit("descriptions.usd.prim_spans.MAX_BYTES", at=50)
 def _(size: int, folder: Path) -> bool:
     (folder / "a.usda").write_text('#usda 1.0\ndef "A" {}\n'.ljust(size, "#"), encoding="utf-8")
     return PrimSpans(folder / "a.usda").of("/A").line == 2
 
 
-@limit("isaac.stage.prim_spans.MAX_PATHS", at=10)
+@limit("descriptions.usd.prim_spans.MAX_PATHS", at=10)
 def _(characters: int, folder: Path) -> bool:
     (folder / "a.usda").write_text(f'#usda 1.0\ndef "{"A" * (characters - 1)}" {{}}\n', encoding="utf-8")
     return PrimSpans(folder / "a.usda").of(f"/{'A' * (characters - 1)}").line == 2
@@ -314,13 +318,85 @@ def _(size: int, folder: Path) -> bool:
     return not stage(folder, StageContents(), size)
 
 
-@limit("isaac.stage.stage_reader.MOST_TOLD", at=3)
+@limit("descriptions.usd.stage_files.MOST_TOLD", at=3)
 def _(parts: int, folder: Path) -> bool:
     told = stage(folder, StageContents(left_out=[(f"/{number}", "why") for number in range(parts)]))
     return told == [f"/{number} is left out: why" for number in range(parts)]
 
 
-@limit("isaac.stage.stage_reader.LONGEST")
+@limit("descriptions.usd.stage_files.LONGEST")
 def _(letters: int, folder: Path) -> bool:
     (told,) = stage(folder, StageContents(failure="x" * letters))
     return told.endswith(f" {'x' * letters}")
+
+
+# Robots of stages
+
+
+def physics(folder: Path, text: str) -> PhysicsContents:
+    path = folder / "stage.usda"
+    path.write_text(f"#usda 1.0\n{text}".replace(" }", "\n}"), encoding="utf-8")
+    return PhysicsReading(Files.of(path)).run(path)
+
+
+@limit("descriptions.usd.stage_physics_process.MAX_PRIMS", at=3)
+def _(prims: int, folder: Path) -> bool:
+    return not physics(folder, "".join(f'def "p{number}" {{ }}\n' for number in range(prims))).failure
+
+
+@limit("descriptions.usd.stage_shapes.MAX_POINTS", at=24)
+def _(points: int, folder: Path) -> bool:
+    """A mesh of one triangle, whose points and corners count; points that no face uses are dropped."""
+    corners = points - 4
+    faces = f"int[] faceVertexCounts = [{', '.join(['3'] * (corners // 3))}]"
+    indices = f"int[] faceVertexIndices = [{', '.join(str(n % 4) for n in range(corners // 3 * 3))}]"
+    more = "" if corners % 3 == 2 else ", (1, 1, 1)"
+    text = f'def Mesh "m" {{\npoint3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1){more}]\n{faces}\n{indices}\n }}\n'
+    return not physics(folder, text).left_out
+
+
+def robots(folder: Path, text: str) -> list[str]:
+    """Return the errors of the robot of a stage."""
+    path, findings = folder / "robot.usda", Findings()
+    path.write_text(f"#usda 1.0\n{text}".replace(" }", "\n}"), encoding="utf-8")
+    read_usd(path, Files.of(path), findings)
+    return [finding.message for finding in findings.errors]
+
+
+@limit("descriptions.usd.usd_reader.MAX_BODIES", at=3)
+def _(bodies: int, folder: Path) -> bool:
+    apis = '(\n    apiSchemas = ["PhysicsRigidBodyAPI"]\n)'
+    told = robots(folder, "".join(f'def Xform "p{number}" {apis} {{ }}\n' for number in range(bodies)))
+    return not any("bodies or joints" in message for message in told)
+
+
+@limit("descriptions.usd.usd_reader.MAX_ANSWER", at=2000)
+def _(size: int, folder: Path) -> bool:
+    empty = PhysicsContents(failure="x" * (size - len(encoded(PhysicsContents()))))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(usd_reader, "ask", lambda *_: encoded(empty).encode())
+        return "answers with more than" not in robots(folder, "")[0]
+
+
+@limit("descriptions.usd.layers._MOST_USERS")
+def _(users: int, folder: Path) -> bool:
+    text = "".join(f'def "p{number}" (references = @gone.usd@) {{ }}\n' for number in range(users))
+    ((_, why),) = physics(folder, text).left_out
+    return why.count("/p") == users
+
+
+@limit("descriptions.usd.stage_commands._MOST_INPUTS", at=3)
+def _(names: int, folder: Path) -> bool:
+    inputs = "\n".join(f'token inputs:input{number} = "j{number}"' for number in range(names))
+    text = f"""def OmniGraphNode "A" {{
+token node:type = "omni.graph.nodes.ConstructArray"
+{inputs}
+token[] outputs:array
+}}
+def OmniGraphNode "C" {{
+token node:type = "isaacsim.core.nodes.IsaacArticulationController"
+double[] inputs:velocityCommand = [1]
+token[] inputs:jointNames.connect = </A.outputs:array>
+}}
+"""
+    return len(physics(folder, text).commands[0].joints) == names

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from graphengine.descriptions.files.packages import Packages, package_of
@@ -54,6 +54,12 @@ def bundle_model(model: Path, library: Library, name: str) -> dict[Path, Path]:
     files = [model.resolve(), *library.read_files()]
     folder = Path(os.path.commonpath([file.parent for file in files]))
     return {Path(f"{name}_model", file.relative_to(folder)): file for file in files}
+
+
+def bundle_stage(files: Sequence[Path], name: str) -> dict[Path, Path]:
+    """Return the files of a USD stage, by the paths of their copies in the folder `NAME_stage` beside the robot file."""
+    folder = Path(os.path.commonpath([file.resolve().parent for file in files]))
+    return {Path(f"{name}_stage", file.resolve().relative_to(folder)): file for file in files}
 
 
 def bundle_graphs(draft: Draft) -> dict[Path, Path]:

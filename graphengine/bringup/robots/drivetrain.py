@@ -15,6 +15,7 @@ from graphengine.bringup.robots.joint_commands import joint_commands
 from graphengine.bringup.robots.joint_drives import add_drives
 from graphengine.bringup.robots.joint_graphs import add_joint_graphs
 from graphengine.descriptions.robot_description import WORLD
+from graphengine.descriptions.robot_files.default_drives import stated_kind
 from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
 from graphengine.format.wording import printable
 
@@ -28,7 +29,7 @@ def add_drivetrain(draft: Draft) -> None:
     """Add the drives and graphs of the joints, and the materials of a base's wheels, to the draft."""
     known = controllers(draft)
     commands = joint_commands(draft, known)
-    commanded = {joint for joint, each in commands.items() if each.ranges}
+    commanded = {joint for joint, each in commands.items() if each.ranges} or _driven_in_stage(draft)
     wheels = wheels_on_floor(draft, commanded)
     drivetrain = None
     if not draft.fixed_base:
@@ -44,6 +45,18 @@ def add_drivetrain(draft: Draft) -> None:
     _tell_fixed(draft, wheels)
     if drivetrain is None and draft.description.mjcf is None:
         _tell_undriven(draft, efforts=[joint for joint, each in commands.items() if "effort" in each.ranges])
+
+
+def _driven_in_stage(draft: Draft) -> set[str]:
+    """Return the names of joints that drives of a USD stage move: those that take velocities, and those that may steer wheels.
+
+    Importers give position drives to wheels too, so these say nothing.
+    """
+    usd, joints = draft.description.usd, draft.description.joints
+    drives = usd.drives.items() if usd is not None else ()
+    kinds = {name: told[0] for name, stated in drives if (told := stated_kind(joints[name], stated)) is not None}
+    turning = {name for name, kind in kinds.items() if kind == "position" and "caster" not in name.lower()}
+    return {name for name, kind in kinds.items() if kind == "velocity"} | (turning - draft.wheels.keys())
 
 
 def _mark_dragging(draft: Draft, drivetrain: Drivetrain) -> None:

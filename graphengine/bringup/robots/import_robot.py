@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from graphengine.bringup.robots.arm_base import fix_arm
 from graphengine.bringup.robots.arm_gains import set_gains
-from graphengine.bringup.robots.bundle import bundle_graphs, bundle_meshes, bundle_model
+from graphengine.bringup.robots.bundle import bundle_graphs, bundle_meshes, bundle_model, bundle_stage
 from graphengine.bringup.robots.drivetrain import add_drivetrain
 from graphengine.bringup.robots.gazebo_links import add_link_settings
 from graphengine.bringup.robots.gazebo_sensors import add_sensors
@@ -33,6 +34,7 @@ from graphengine.descriptions.mjcf.mjcf import read_mjcf
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
+from graphengine.descriptions.robot_files.stage_parts import add_stage_parts
 from graphengine.descriptions.robot_files.writer import render
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro.xacro import is_xacro
@@ -71,6 +73,8 @@ _PARTS = (
     report_unused,
 )
 """Functions that add to a draft from a URDF description, in order of execution."""
+_PARTS_OF_STAGES = (find_wheels, add_stage_parts, *_PARTS[2:9], _check_self_view, report_unused)
+"""Functions that add to a draft from a USD stage, in order of execution."""
 _PARTS_OF_MODELS = (find_wheels, add_model_parts, add_drivetrain, add_wheel_material, add_rest)
 """Functions that add to a draft from a MuJoCo model, in order of execution; fewer, because the model defines more itself."""
 _MESHES = ("mesh", "texture")
@@ -91,7 +95,9 @@ class Origin:
         bundled: whether the description, its meshes and the included graphs are copied into the project; then `path` is None.
         wrapper: text of a xacro file that calls a macro as the robot; empty without a macro.
         controllers: ros2_control parameter file that the user names; None without one.
-        model: path of a MuJoCo model, whose root element is `element`; None for other descriptions.
+        model: path of a MuJoCo model or a USD stage, whose root element is `element`; None for other descriptions.
+        stage: description of the robot of a USD stage; None for other descriptions.
+        choice: keys of the robot file that say what to read of the stage.
         position_drives: whether joints that take efforts get position drives to hold them.
     """
 
@@ -106,6 +112,8 @@ class Origin:
     controllers: Document | None = None
     model: Path | None = None
     position_drives: bool = False
+    stage: RobotDescription | None = None
+    choice: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +175,10 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     name, folder, files = origin.target.stem, origin.target.parent, origin.packages.files
     library = Library(files, findings)
     model_files: dict[Path, Path] = {}
-    if origin.model is None:
+    if origin.stage is not None and origin.stage.usd is not None:
+        description: RobotDescription | None = origin.stage
+        model_files = bundle_stage(origin.stage.usd.files, name) if origin.bundled else {}
+    elif origin.model is None:
         description = read_urdf(origin.element, origin.packages, findings)
     else:
         description = read_mjcf(origin.model, library)
@@ -180,10 +191,12 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
         path = folder / copied if copied is not None else origin.model
     told = [_near(each, origin.target) for each in packages]
-    draft = Draft(description, name, origin.told, _near(path, origin.target), told)
+    near = _near(path, origin.target)
+    draft = Draft(description, name, origin.told, near, told)
     draft.fixed_base, draft.position_drives = origin.fixed_base, origin.position_drives
-    draft.controllers, draft.library = origin.controllers, library
-    for add_part in _PARTS if origin.model is None else _PARTS_OF_MODELS:
+    draft.controllers, draft.library, draft.choice = origin.controllers, library, origin.choice
+    parts = _PARTS if origin.model is None else _PARTS_OF_STAGES if origin.stage is not None else _PARTS_OF_MODELS
+    for add_part in parts:
         add_part(draft)
     draft.settle()
     graphs = bundle_graphs(draft) if origin.bundled else {}

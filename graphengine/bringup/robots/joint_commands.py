@@ -1,4 +1,4 @@
-"""Reads the commands that joints take from MuJoCo actuators, controllers, `<ros2_control>` and `<transmission>`."""
+"""Reads the commands that joints take from MuJoCo actuators, graphs of USD stages, `<ros2_control>` and `<transmission>`."""
 
 from __future__ import annotations
 
@@ -41,6 +41,11 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
             span = draft.description.joints[actuator.joint].element.span
             source = f"actuator {printable(actuator.name)}"
             found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
+    for name, stated in draft.description.usd.drives.items() if draft.description.usd is not None else ():
+        if stated.commands:
+            span = draft.description.joints[name].element.span
+            source = f"{printable(stated.controllers[0])} in the stage"
+            found[name] = JointCommands(source, span, dict.fromkeys(stated.commands, (None, None)))
     for controller in controllers:
         _controller(draft, controller, found)
     for element in draft.description.element.all("ros2_control"):

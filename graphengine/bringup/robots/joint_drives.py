@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.joint_commands import KINDS, JointCommands
 from graphengine.descriptions.robot_description import Joint
-from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
+from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo, stated_drive, stated_kind
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotWheel
 from graphengine.descriptions.robot_files.entries import DriveKeys, JointKeys
+from graphengine.descriptions.usd_model import StatedDrive
 from graphengine.format.wording import printable
 
 _SPEED_ERROR = 0.01
@@ -45,6 +46,7 @@ def add_drives(
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
     decisions: dict[_Decision, list[Joint]] = {}
+    own: set[str] = set()
     carrying = _carrying(draft) if drivetrain is not None else {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     scrub = _scrub(draft, wheels, drivetrain)
@@ -58,9 +60,13 @@ def add_drives(
         decision = _decide(draft, joint, commands, wheels, drivetrain, carrying)
         decisions.setdefault(decision, []).append(joint)
         entry = draft.joints[joint.name]
-        if (drive := _drive(joint, decision.kind, scrub, drivetrain)) is not None:
+        stated = _own_gains(draft, joint, decision.kind)
+        drive = stated if stated is not None else _drive(joint, decision.kind, scrub, drivetrain)
+        if drive is not None:
             entry.value["drive"] = drive
-        if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
+        if stated is not None:
+            own.add(joint.name)
+        elif decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
         if decision.why == _CASTERS:
             entry.value["armature"] = gain(_LIGHTEST * draft.description.mass * carrying[joint.name] ** 2)
@@ -75,10 +81,18 @@ def add_drives(
     held = [joint for decision, joints in decisions.items() if decision.kind == "velocity" for joint in joints]
     if drivetrain is not None:
         _tell_braking(draft, [joint for joint in held if joint.name not in driven], wheels)
-    drives = [entry.value.get("drive", {}) for entry in draft.joints.values()]
-    if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
-        told = ", ".join(f"{damping:g}" for damping in gains)
-        draft.guess(f"damping of velocity drives: {told} N m s/rad, by the weight on the wheels")
+    for stated in (True, False):
+        alike = [entry.value.get("drive", {}) for name, entry in draft.joints.items() if (name in own) == stated]
+        if gains := sorted(
+            {drive["damping"] for drive in alike if drive.get("damping") and not drive.get("stiffness")}
+        ):
+            text = f"damping of velocity drives: {', '.join(f'{damping:g}' for damping in gains)} N m s/rad"
+            draft.remark(
+                f"{text}, {'as in the stage' if stated else 'by the weight on the wheels'}",
+                None,
+                {},
+                guessed=not stated,
+            )
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         text, claim = f"{_TOLD[decision.kind]}: {names}; {decision.why}", _drives(joints, decision.kind)
@@ -137,13 +151,16 @@ def _decide(
     drivetrain: Drivetrain | None,
     carrying: Collection[str],
 ) -> _Decision:
-    command = commands.get(joint.name)
+    command, stated = commands.get(joint.name), _stated(draft, joint)
+    told = stated_kind(joint, stated) if stated is not None else None
     kinds = command.ranges if command is not None else {}
     source = f"commanded by {drivetrain.base.source}" if drivetrain is not None and not drivetrain.base.guessed else ""
     if drivetrain is not None and joint.name in [wheel.joint for wheel in drivetrain.wheels]:
         return _of_base("velocity", "driven wheels of the base", kinds, source)
     if drivetrain is not None and joint in drivetrain.steering:
         return _of_base("position", "they steer wheels of the base", kinds, source)
+    if told is not None and not (told[0] == "position" and _rolls(joint, wheels) and not kinds):
+        return _Decision(*told)
     if command is not None and kinds:
         kind = next(kind for kind in KINDS if kind in kinds)
         if "velocity" in kinds and joint.limits is None:
@@ -167,6 +184,22 @@ def _decide(
     if joint.effort is not None:
         return _Decision("position", "a limit of effort suggests a motor, which holds them", guessed=True)
     return _Decision("free", "nothing suggests a motor", guessed=True)
+
+
+def _stated(draft: Draft, joint: Joint) -> StatedDrive | None:
+    """Return what a USD stage says about a joint's drive; None for other descriptions."""
+    return draft.description.usd.drives.get(joint.name) if draft.description.usd is not None else None
+
+
+def _own_gains(draft: Draft, joint: Joint, kind: str) -> DriveKeys | None:
+    """Return the drive of a joint with the gains of a USD stage; None if it has none that suit the kind of drive."""
+    stated = _stated(draft, joint)
+    return stated_drive(joint, stated, kind) if stated is not None and kind in ("position", "velocity") else None
+
+
+def _rolls(joint: Joint, wheels: Sequence[RobotWheel]) -> bool:
+    """Return whether a joint turns a wheel on the floor, or is the swivel of a caster."""
+    return any(joint.name == wheel.joint or (wheel.caster and joint.name == wheel.swivel) for wheel in wheels)
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:

@@ -147,9 +147,9 @@ class Library:
         if mesh.outcome == "unreadable":
             code, what = ("N103", "the visual {!r} is not drawn: {}") if kind.visual else ("S103", "{!r}: {}")
             self.findings.add(code, what.format(reference, mesh.why), element.place("filename"))
-        return mesh.files if kind.visual else [each for file in mesh.files for each in self._solid(element, file)]
+        return mesh.files if kind.visual else [each for file in mesh.files for each in self.solid(element, file)]
 
-    def _solid(self, element: Element, file: MeshFile) -> list[MeshFile]:
+    def solid(self, element: Element, file: MeshFile) -> list[MeshFile]:
         """Return the mesh file of a collider, or a plate if the mesh is flat; nothing if all its vertices lie on one line."""
         use = file.key, element.get("scale", "1 1 1")
         if use not in self._plates:

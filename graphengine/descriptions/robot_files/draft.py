@@ -165,6 +165,7 @@ class Draft:
         guessed: remarks on values that the description lacks and that the import chose.
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
         pushed: whether a plugin of Gazebo pushes the base without turning its wheels.
+        choice: keys of the robot file that say what to read of a USD stage.
         second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
         controller_track: whether the track of a skid-steered base was taken from its controller; None for other bases.
         guessed_turn: whether the limit of the turn rate of a skid-steered base is guessed.
@@ -200,6 +201,7 @@ class Draft:
     controller_track: bool | None = None
     guessed_turn: bool = False
     pushed: bool = False
+    choice: dict[str, Any] = field(default_factory=dict)
     second_frictions: dict[str, float] = field(default_factory=dict)
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)
@@ -222,7 +224,8 @@ class Draft:
     def data(self) -> dict[str, Any]:
         """Return the values of the robot file, in its order; texts in which readers substitute nothing are `Reference`s."""
         description = self.description
-        path = {"mjcf" if description.mjcf is not None else "urdf": Reference(self.path)}
+        key = "mjcf" if description.mjcf is not None else "usd" if description.usd is not None else "urdf"
+        path = {key: Reference(self.path), **self.choice}
         head: dict[str, Any] = {"format": 1, "robot": Reference(self.name)} | path
         if self.package_paths:
             head["package_paths"] = [Reference(folder) for folder in self.package_paths]

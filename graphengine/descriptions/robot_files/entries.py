@@ -13,6 +13,8 @@ class DriveKeys(TypedDict, total=False):
 
     damping: float
     stiffness: float
+    target_velocity: float
+    max_force: float
     max_acceleration: float
     max_velocity: float
     overtravel: float
@@ -55,6 +57,7 @@ class MaterialKeys(TypedDict, total=False):
 
     static_friction: float
     dynamic_friction: float
+    restitution: float
     across: float
     direction: list[float]
     expressed_in: str
@@ -70,7 +73,7 @@ class SensorKeys(TypedDict, total=False):
     parent: str
     position: list[float]
     orientation: dict[str, list[float]]
-    profile: dict[str, Any]
+    profile: dict[str, Any] | str
     sees_own_robot: bool
 
 

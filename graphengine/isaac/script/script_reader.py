@@ -12,12 +12,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from graphengine.descriptions.usd.stage_files import SUFFIXES
 from graphengine.format.diagnostics import Finding, Findings, Source, Span
 from graphengine.format.files import Files
 from graphengine.format.wording import listing
 from graphengine.isaac.recorded_graph import RecordedGraph, carried
 from graphengine.isaac.script.script_answer import ScriptAnswer
-from graphengine.isaac.stage.stage_contents import SUFFIXES
 from graphengine.sandbox.borders import admit, missing
 from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import Sources, encoded, read, take_findings

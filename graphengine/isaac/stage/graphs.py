@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from graphengine.compiler.registry import Registry
+from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac.graph_file import SCRIPT_NODE
 from graphengine.isaac.node_replacements import upgrade
@@ -23,7 +24,6 @@ from graphengine.isaac.recorded_graph import (
     pipeline_stage,
 )
 from graphengine.isaac.stage.instances import instances
-from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 
 _GENERATED = ("/Render/", "SDGPipeline")

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from typing import Any
 
-SUFFIXES = (".usd", ".usda", ".usdc")
 INSTANCES = "omniGraphs"
 """Name of the relationship that links a prim to the graphs that are evaluated for this prim."""
 COMPOUND = "omni:graph:compoundGraph"
 """Name of the relationship that links a compound node to its inner graph, which is below the compound."""
-PLACE = re.compile(r"/.*?:(?P<line>\d{1,9}):(?P<column>\d{1,9}): (?P<what>.*)", re.DOTALL)
-"""Matches USD's messages about syntax errors: path, line, column and message."""
 
 
 @dataclass(slots=True)

@@ -11,22 +11,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import pxr
-from pxr import Sdf, Tf, Usd, Work
+from pxr import Tf, Usd
 
+from graphengine.descriptions.usd.layers import UnreadableError, confined, open_stage, reason, variants_of
 from graphengine.format.files import Files
 from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION, VARIABLE
-from graphengine.isaac.stage.layers import Layers, UnreadableError, reason
 from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 from graphengine.isaac.stage.usd_conversion import plain_value, type_name
-from graphengine.sandbox.confinement import confine
-from graphengine.sandbox.seccomp import TIERS
-from graphengine.sandbox.untrusted import answer, reply
-
-MAX_MEMORY_BYTES = 4 << 30
-"""Memory limit of the process, bytes; USD needs about 30 times the size of a text file."""
-MOST_CHOICES = 20
-"""Maximum number of variant selections that are reported."""
+from graphengine.sandbox.untrusted import answer
 
 _GRAPH_SETTINGS = ("evaluator:type", "evaluationMode", "pipelineStage")
 _NODE_SETTINGS = ("node:type", "node:typeVersion", POSITION, COMPOUND)
@@ -42,16 +34,13 @@ class StageReading:
     """
 
     def __init__(self, files: Files) -> None:
-        self.layers = Layers(files)
-        self.contents = StageContents(left_out=self.layers.left_out)
+        self.files = files
+        self.contents = StageContents()
 
     def run(self, path: Path) -> StageContents:
         """Open a stage and return the parts that concern graphs; if it cannot be read, return the reason as `failure`."""
         try:
-            stage = Usd.Stage.Open(self.layers.open_all(path))
-            strangers = [used.identifier for used in stage.GetUsedLayers() if not self._known(used)]
-            if strangers:
-                raise UnreadableError(f"it refers to {strangers[0]!r} in an unsupported way")
+            stage, self.contents.left_out = open_stage(path, self.files)
             for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
                 self._read(prim)  # prims below a missing asset too, such as one on NVIDIA's server
             self._read_sources(stage)
@@ -59,18 +48,12 @@ class StageReading:
             self.contents.failure = str(error)
         except Tf.ErrorException as error:
             self.contents.failure = reason(error)
-        self.contents.used = [str(used) for used in self.layers.files.used]
+        self.contents.used = [str(used) for used in self.files.used]
         return self.contents
-
-    def _known(self, layer: Sdf.Layer) -> bool:
-        return layer.anonymous or self.layers.holds(layer)
 
     def _read(self, prim: Usd.Prim) -> None:
         """Store the variant selections of a prim, and the prim itself if it concerns graphs."""
-        for name in prim.GetVariantSets().GetNames()[: MOST_CHOICES - len(self.contents.choices)]:
-            variants = prim.GetVariantSet(name)
-            known = ", ".join(variants.GetVariantNames())
-            self.contents.choices.append(f"{prim.GetPath()}: {name} = {variants.GetVariantSelection()}, of {known}")
+        variants_of(prim, self.contents.choices)
         kind = str(prim.GetTypeName())
         names = [name for name in (NAMESPACE, INSTANCES) if prim.HasProperty(name)]
         if not names and kind not in (GRAPH, NODE):
@@ -131,10 +114,7 @@ def main() -> None:
     """Read a request from stdin, confine this process, read the stage, and write its `StageContents` to stdout."""
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])))
-    stream = reply()
-    Work.SetConcurrencyLimit(1)  # each thread needs part of the limited memory
-    plugins = Path(pxr.__file__).parent
-    confine(files, TIERS["stage"], memory=MAX_MEMORY_BYTES, libraries=(plugins,))
+    stream = confined(files)
     answer(stream, lambda: StageReading(files).run(Path(request["path"])))
 
 

@@ -5,21 +5,20 @@
 
 from __future__ import annotations
 
-import importlib.util
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import yaml
 
 from graphengine.compiler.registry import Registry
-from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.distribution import install_command
+from graphengine.descriptions.usd.prim_spans import PrimSpans
+from graphengine.descriptions.usd.stage_files import SUFFIXES, needed, tell_failure, tell_left_out, tell_process
+from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
 from graphengine.isaac.recorded_graph import NAMESPACE, RecordedGraph, carried
 from graphengine.isaac.stage.graphs import TooManyError, graphs_of
-from graphengine.isaac.stage.prim_spans import PrimSpans
-from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES, StageContents
+from graphengine.isaac.stage.stage_contents import StageContents
 from graphengine.sandbox.borders import admit
 from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import encoded, note_used, read
@@ -28,12 +27,7 @@ MAX_SECONDS = 60.0
 """Maximum time to read a USD stage, s."""
 MAX_ANSWER = 32_000_000
 """Maximum size of the result of the stage process, bytes."""
-MOST_TOLD = 100
-"""Maximum number of left-out parts that are reported one by one."""
-LONGEST = 300
-"""Maximum number of characters of a USD message that a finding quotes."""
 _PROCESS = "graphengine.isaac.stage.stage_process"
-_REMEDY = "the file may be damaged, or too large for the text format: save it as .usdc with USD's own tools"
 
 
 @dataclass(slots=True)
@@ -79,17 +73,13 @@ def read_stage(
         answer = ask(_PROCESS, encoded(request).encode(), MAX_SECONDS)
         contents = read(answer, StageContents, MAX_ANSWER)
     except ProcessError as error:
-        findings.add("G401", f"USD's reader {error}", spans.start, _REMEDY)
+        tell_process(error, "G401", spans, findings)
         return None
     note_used(contents.used, files)
     if contents.failure:
-        _tell_failure(contents.failure, spans, findings)
+        tell_failure(contents.failure, "G401", spans, findings)
         return None
-    for what, why in contents.left_out[:MOST_TOLD]:
-        place = spans.of_file(what) or spans.of(what.partition(".")[0])
-        findings.add("W302", f"{what} is left out: {why}", place)
-    if len(contents.left_out) > MOST_TOLD:
-        findings.add("W302", f"{len(contents.left_out) - MOST_TOLD} more parts are left out", spans.start)
+    tell_left_out(contents.left_out, spans, findings)
     try:
         graphs = carried(graphs_of(contents, registry, spans, findings), RecordedGraph.names, "graphs", findings)
     except TooManyError as error:
@@ -100,19 +90,7 @@ def read_stage(
 
 
 def _check_usage(path: Path) -> None:
-    if path.suffix == ".usdz":
-        raise UsageError(f"{path}: unpack it first (unzip {path.name}), then import the stage in it")
     if path.suffix not in SUFFIXES:
-        raise UsageError(f"{path}: not a .usd, .usda or .usdc file")
-    if importlib.util.find_spec("pxr") is None:
-        raise UsageError(f"reading stages needs usd-core\n  {install_command('usd')}")
-
-
-def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:
-    """Report why USD cannot read a file; if USD's message begins with a line and column, the finding has this position."""
-    found = PLACE.match(failure)
-    if found is None or not spans.source.lines:
-        findings.add("G401", f"USD cannot read the stage: {failure[:LONGEST]}", spans.start, _REMEDY)
-    else:
-        place = Span(spans.source, int(found["line"]), int(found["column"]))
-        findings.add("G401", f"USD syntax error: {found['what'][:LONGEST]}", place)
+        raise UsageError(f"{path}: not a .usd, .usda, .usdc or .usdz file")
+    if absent := needed():
+        raise UsageError(absent)

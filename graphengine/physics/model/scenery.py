@@ -83,7 +83,7 @@ class Scenery:
         if is_text(use):
             path, key = self.scene.folder / "description", use
         else:
-            found = self.library.files.look_up(use, self.scene.folder, findings, self._place_of(placement))
+            found = self.library.files.look_up(use, self.scene.folder, findings, self._place_of(placement), stages=True)
             if found is None:
                 return None
             path, key = found, str(found)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from graphengine.compiler.registry import default_registry
+from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.isaac.recorded_graph import RecordedGraph
 from graphengine.isaac.stage.graphs import graphs_of
-from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import StageContents
 from graphengine.isaac.stage.stage_process import StageReading
 from graphengine.sandbox.untrusted import encoded

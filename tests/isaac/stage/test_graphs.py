@@ -230,7 +230,9 @@ def Xform "dd100" (prepend references = @https://example.org/dd100.usd@) {{
     stage = read(tmp_path, text)
     assert stage.graph.path == "/dd100/base_link/cmd_vel"
     assert stage.contents.prims["/dd100/base_link"].text("isaac:namespace") == "dd100_0000"
-    assert stage.contents.left_out == [("https://example.org/dd100.usd", "it is not a local file")]
+    assert stage.contents.left_out == [
+        ("https://example.org/dd100.usd", "it is on a server, which is never asked; needed by /dd100")
+    ]
 
 
 COMPOUND = 'omni.graph.nodes.CompoundSubgraph"\nrel omni:graph:compoundGraph = <{}>\ntoken made = "'

@@ -7,10 +7,11 @@ import pytest
 
 pytest.importorskip("pxr")
 
-from pxr import Sdf
+from pxr import Sdf, UsdUtils
 
 from graphengine.cli import main
 from graphengine.compiler.registry import default_registry
+from graphengine.descriptions.usd.stage_files import LONGEST
 from graphengine.format.diagnostics import Findings, to_json
 from graphengine.format.errors import GraphError, UsageError
 from graphengine.format.files import Files, shipped
@@ -140,9 +141,12 @@ def test_without_usd_core_the_installation_command_is_printed(monkeypatch: pytes
         imported(TUTORIAL)
 
 
-def test_a_package_is_to_be_unpacked_first(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"unzip robot\.usdz"):
-        imported(tmp_path / "robot.usdz")
+def test_the_graphs_of_a_package_are_read(tmp_path: Path) -> None:
+    (tmp_path / "robot.usda").write_text(f'#usda 1.0\ndef OmniGraph "G" {{\n{node("C")}}}\n')
+    UsdUtils.CreateNewUsdzPackage(str(tmp_path / "robot.usda"), str(tmp_path / "robot.usdz"))
+    found, _ = imported(tmp_path / "robot.usdz")
+    assert found is not None
+    assert [graph.path for graph in found.graphs] == ["/G"]
 
 
 def test_the_command_line_writes_the_graphs_and_offers_the_namespaces(
@@ -169,7 +173,7 @@ def test_messages_of_usd_are_printed_in_one_line_of_bounded_length(tmp_path: Pat
     assert read_stage(path, Files.of(path, near=tmp_path), default_registry(), findings) is None
     (finding,) = findings.items
     assert finding.message.startswith("USD syntax error: ")
-    assert len(finding.message) <= stage.LONGEST + 20
+    assert len(finding.message) <= LONGEST + 20
 
 
 def test_no_forged_answer_raises_anything_but_errors_of_this_package(

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.isaac.stage.prim_spans import PrimSpans
+from graphengine.descriptions.usd.prim_spans import PrimSpans
 
 TEXT = '''#usda 1.0
 ( doc = "def Xform \\"Not\\" {" )

@@ -1,0 +1,136 @@
+"""The confined process in which USD reads the physics of one stage: it reads a request from stdin and answers on stdout.
+
+USD's readers are native code that reads an untrusted file. Therefore the process is limited and confined, and a crash of the
+reader ends only this process.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from pxr import Sdf, Tf, Usd, UsdPhysics
+
+from graphengine.descriptions.usd.layers import UnreadableError, confined, open_stage, reason, variants_of
+from graphengine.descriptions.usd.stage_bodies import body_of, is_body, read_body
+from graphengine.descriptions.usd.stage_commands import read_command
+from graphengine.descriptions.usd.stage_frames import StageFrames, UnusableError, given, text
+from graphengine.descriptions.usd.stage_joints import is_joint, read_joint
+from graphengine.descriptions.usd.stage_materials import read_material
+from graphengine.descriptions.usd.stage_sensors import read_sensor
+from graphengine.descriptions.usd.stage_shapes import ShapeReader
+from graphengine.descriptions.usd_model import PhysicsContents
+from graphengine.format.files import Files
+from graphengine.sandbox.untrusted import answer
+
+MAX_PRIMS = 200_000
+"""Maximum number of prims of a stage whose physics is read."""
+
+
+class PhysicsReading:
+    """Reader of the physics of one stage.
+
+    Args:
+        files: decides which files may be read.
+        variants: variants to select, as pairs PRIM:SET or SET, and the name of the variant.
+        replaced: files in place of assets, by the reference to the asset.
+        mirrors: folders with copies of assets on servers.
+    """
+
+    def __init__(
+        self,
+        files: Files,
+        variants: Mapping[str, str] | None = None,
+        replaced: Mapping[str, str] | None = None,
+        mirrors: tuple[Path, ...] = (),
+    ) -> None:
+        self.files = files
+        self.variants = variants or {}
+        self.replaced = replaced or {}
+        self.mirrors = mirrors
+        self.contents = PhysicsContents()
+
+    def run(self, path: Path) -> PhysicsContents:
+        """Open a stage and return its physics; if it cannot be read, return the reason as `failure`."""
+        contents = self.contents
+        try:
+            stage, contents.left_out = open_stage(path, self.files, self.replaced, self.mirrors)
+            self._select(stage)
+            self._read(stage)
+        except (UnreadableError, UnusableError) as error:
+            contents.failure = str(error)
+        except Tf.ErrorException as error:
+            contents.failure = reason(error)
+        contents.used = [str(used) for used in self.files.used]
+        return contents
+
+    def _select(self, stage: Usd.Stage) -> None:
+        """Select the variants that the user names, in the session layer of the stage."""
+        stage.SetEditTarget(stage.GetSessionLayer())
+        for key, name in self.variants.items():
+            place, _, wanted = key.rpartition(":")
+            prims = [stage.GetPrimAtPath(place)] if place and Sdf.Path.IsValidPathString(place) else stage.Traverse()
+            found = [prim for prim in list(prims) if prim and wanted in prim.GetVariantSets().GetNames()]
+            known = sorted({each for prim in found for each in prim.GetVariantSet(wanted).GetVariantNames()})
+            if name not in known:
+                what = f"known: {', '.join(known)[:300]}" if found else "no prim has this variant set"
+                raise UnreadableError(f"it has no variant {key}={name}; {what}")
+            for prim in found:
+                prim.GetVariantSet(wanted).SetVariantSelection(name)
+
+    def _read(self, stage: Usd.Stage) -> None:
+        frames = StageFrames(stage)
+        self.contents.assumed = frames.assumed
+        shapes = ShapeReader(frames, self.contents)
+        every = stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract))
+        for number, prim in enumerate(every, 1):
+            if number > MAX_PRIMS:
+                raise UnreadableError(f"it has more than {MAX_PRIMS} prims")
+            self._one(prim, frames, shapes)
+
+    def _one(self, prim: Usd.Prim, frames: StageFrames, shapes: ShapeReader) -> None:
+        """Read one prim; a body comes before the prims below it."""
+        contents, path = self.contents, str(prim.GetPath())
+        try:
+            if is_body(prim):
+                contents.bodies[path] = read_body(prim, frames)
+            variants_of(prim, contents.choices)
+            for shape in shapes.read(prim):
+                owner = contents.bodies.get(body_of(prim))
+                (owner.shapes if owner is not None else contents.shapes).append(shape)
+            if is_joint(prim):
+                contents.joints[path] = read_joint(prim, frames)
+            if (
+                prim.HasAPI(UsdPhysics.ArticulationRootAPI)
+                and given(prim, "physxArticulation:articulationEnabled") is not False
+            ):
+                collide = given(prim, "physxArticulation:enabledSelfCollisions")
+                contents.roots[path] = collide is True
+            if prim.HasAPI(UsdPhysics.MaterialAPI):
+                contents.materials[path] = read_material(prim)
+            if (command := read_command(prim)) is not None:
+                contents.commands.append(command)
+            if (sensor := read_sensor(prim, frames)) is not None:
+                contents.sensors.append(sensor)
+            for name, texts in (("isaac:namespace", contents.namespaces), ("isaac:nameOverride", contents.names)):
+                if value := text(prim, name):
+                    texts[path] = value
+        except (UnusableError, Tf.ErrorException, TypeError, ValueError, AttributeError, OverflowError) as error:
+            why = str(error) if isinstance(error, UnusableError) else "it has values of illegal types"
+            contents.left_out.append((path, why))
+
+
+def main() -> None:
+    """Read a request from stdin, confine this process, read the stage, and write its `PhysicsContents` to stdout."""
+    request = json.load(sys.stdin)
+    files = Files(tuple(map(Path, request["roots"])))
+    mirrors = tuple(map(Path, request["mirrors"]))
+    stream = confined(files)
+    reading = PhysicsReading(files, request["variants"], request["replaced"], mirrors)
+    answer(stream, lambda: reading.run(Path(request["path"])))
+
+
+if __name__ == "__main__":
+    main()
