@@ -19,7 +19,7 @@ from graphengine.control.simulation_interfaces import entities, filters, resourc
 from graphengine.control.simulation_interfaces.results import RefusedError
 from graphengine.control.simulation_interfaces.spawning import Spawning
 from graphengine.control.simulation_interfaces.states import run_steps
-from graphengine.format.errors import RecordingError, UsageError
+from graphengine.format.errors import RecordingError, StateError, UsageError
 from graphengine.format.files import Files
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
@@ -38,6 +38,7 @@ from graphengine.runtime.commands import Rate, Step
 from graphengine.runtime.fault_commands import Fault
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
+from graphengine.scene.value_edits import Change, ValueEdits
 from tests.limits.table import accepts, limit, repeat
 
 # runtime
@@ -267,6 +268,15 @@ def _(ports: int, folder: Path) -> bool:
     network = LiveNetwork(lambda _: MemoryTransport(), 0, print)
     with build.start(build.load(folder / "g.yaml"), network) as session:
         return accepts(lambda: port_values.PortValues(session, ["N*.value"]), UsageError)
+
+
+@limit("scene.value_edits.MOST_CHANGES", at=3)
+def _(changes: int, folder: Path) -> bool:
+    path, edits = folder / "g.yaml", ValueEdits(lambda: None)
+    path.write_bytes(b"")
+    for number in range(changes):
+        edits.write(Change(path, b"#" * number, b"#" * (number + 1), ""))
+    return accepts(lambda: repeat(changes, edits.undo), StateError)
 
 
 @limit("recording.reader.MAX_SILENCE", at=3)
