@@ -88,10 +88,8 @@ def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:
     if len(fitting) == 1:
         return fitting[0]
     if not there:
-        raise ControlError(
-            "no run to control\n  start one, for example: graphrun run dd100_warehouse\n"
-            f"  looked in {runs.folder(environment)}"
-        )
+        remedy = "start one, for example: graphrun run dd100_warehouse"
+        raise ControlError(f"no run to control\n  {remedy}\n  looked in {runs.folder(environment)}")
     listed = "".join(f"\n  --run {entry.pid}   {entry.name}" for entry in fitting or there)
     if fitting:
         raise UsageError(f"there are {len(fitting)} runs; choose one{listed}")

@@ -132,7 +132,9 @@ class ParameterNodes:
             changed = [name for name in now if name in before and not table[name].has(before[name])]
             deleted = [name for name in before if name not in now]
             if self._events.matched and (new or changed or deleted):
-                event = self._event(node)
+                event = DEFINITIONS.initial(EVENT)
+                event.node = node
+                event.stamp = messages.Time(*divmod(round(self._session.time * 1e9), 1_000_000_000))
                 event.new_parameters = [table[name].message(now[name]) for name in new]
                 event.changed_parameters = [table[name].message(now[name]) for name in changed]
                 event.deleted_parameters = [parameter_message(name, ParameterType.NOT_SET, None) for name in deleted]
@@ -149,12 +151,6 @@ class ParameterNodes:
         if text not in self._warned and not self._closed:
             self._warned.add(text)
             self._complain(text)
-
-    def _event(self, node: str) -> Any:
-        event = DEFINITIONS.initial(EVENT)
-        event.node = node
-        event.stamp = messages.Time(*divmod(round(self._session.time * 1e9), 1_000_000_000))
-        return event
 
 
 def node_name(namespace: str, robot: str, taken: set[str]) -> str:

@@ -367,7 +367,7 @@ class _ValueBuilder:
         return True
 
     def _merge(self, first: Value, second: Value) -> Value:
-        """Return two mappings of the same key as one mapping, or else the second value."""
+        """Return both values of a key as one mapping if both are mappings, otherwise the second value."""
         if not (isinstance(first.data, dict) and isinstance(second.data, dict)):
             return second
         merged = self.merged.get(id(first)) or Value(first.span, dict(first.data), dict(first.keys))

@@ -123,15 +123,14 @@ def _with_new_line(lines: list[str], parent: Value, entry: str) -> tuple[list[st
     """Insert a line with an entry after the last entry of a block mapping; return the lines and the index of the new line."""
     last = max(parent.keys.values(), key=lambda span: span.line)
     indent = " " * (last.column - 1)
-    behind = row = last.line
-    while row < len(lines):
-        text = lines[row].strip()
+    behind = last.line
+    for row, line in enumerate(lines[behind:], behind + 1):
+        text = line.strip()
         if text and not text.startswith("#"):
-            inner = lines[row].startswith((f"{indent} ", f"{indent}- "))
+            inner = line.startswith((f"{indent} ", f"{indent}- "))
             if not inner and text != "-":
                 break
-            behind = row + 1
-        row += 1
+            behind = row
     end = next((one[len(one.rstrip("\r\n")) :] for one in lines if one.endswith(("\n", "\r"))), "\n")
     if not lines[behind - 1].endswith(("\n", "\r")):
         lines[behind - 1] += end

@@ -132,10 +132,8 @@ class RecordingPlayer:
             return
         if self._at == self.built != self._head.tick and tick < self.built and self.session.state != "failed":
             self._head = self._keep(self.built)
-        nearest = max(
-            (kept for kept in (*self._checkpoints, self._head, self._shown) if kept.tick <= tick),
-            key=lambda kept: kept.tick,
-        )
+        earlier = [kept for kept in (*self._checkpoints, self._head, self._shown) if kept.tick <= tick]
+        nearest = max(earlier, key=lambda kept: kept.tick)
         if self._at is None or self._at > tick or nearest.tick - self._at > STRIDE:
             if self.recording.workspace.exchanged != nearest.files:
                 self.recording.workspace.exchange(nearest.files)

@@ -125,7 +125,7 @@ def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> st
 
 
 def _namespace(wanted: str) -> str | None:
-    """Check and return a requested namespace; None for an empty namespace, so that the robot file determines it."""
+    """Check and return a requested namespace; None if it is empty, which means the namespace of the robot file."""
     if "{" in wanted:
         raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} is not a ROS 2 namespace")
     return wanted or None
