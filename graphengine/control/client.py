@@ -43,9 +43,8 @@ class Client:
             ControlError: the run rejected the command, ended before the response, or did not answer in time.
         """
         try:
-            with contextlib.suppress(
-                BrokenPipeError, ConnectionResetError
-            ):  # a refused client can still read the reason
+            # A refused client can still read the reason.
+            with contextlib.suppress(BrokenPipeError, ConnectionResetError):
                 self._lines.send({"command": command, "arguments": dict(arguments or {})})
             answer = self._lines.receive(MAX_ANSWER, patience=self._patience)
         except BadLineError:

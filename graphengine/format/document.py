@@ -20,7 +20,7 @@ import yaml
 from graphengine.format.core_schema import resolve
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.given_text import GivenText
-from graphengine.format.regular_files import open_regular
+from graphengine.format.regular_files import StrPath, open_regular
 from graphengine.format.syntax_errors import report_syntax
 from graphengine.format.wording import did_you_mean
 
@@ -109,7 +109,7 @@ class Document:
 
 
 def load(
-    path: str | os.PathLike[str],
+    path: StrPath,
     findings: Findings,
     shown_as: str | None = None,
     *,

@@ -18,7 +18,7 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.given_text import GivenText
-from graphengine.format.regular_files import open_regular
+from graphengine.format.regular_files import StrPath, open_regular
 from graphengine.format.wording import allowing, did_you_mean, listing, quoted
 
 
@@ -33,7 +33,7 @@ Signature = tuple[int, ...] | None
 """Mode, inode, size and times of a file, for the detection of changes; None for a missing file."""
 
 
-def signature(path: str | os.PathLike[str]) -> Signature:
+def signature(path: StrPath) -> Signature:
     """Return mode, inode, size and times of the file or folder at a path, without opening it; None if the path does not exist."""
     try:
         found = os.stat(path)

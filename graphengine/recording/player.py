@@ -13,6 +13,7 @@ from graphengine.recording.reader import Recording, Tick
 from graphengine.recording.replay import Difference, Replay
 from graphengine.recording.tick_inputs import TickInputs
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import Complain
 from graphengine.runtime.session_core import SavedSession, SessionCore
 
 SPACING = 2.5
@@ -56,12 +57,7 @@ class RecordingPlayer:
     """
 
     def __init__(
-        self,
-        session: SessionCore,
-        network: LiveNetwork,
-        recording: Recording,
-        marks: Marks,
-        warn: Callable[[str], None] = lambda text: None,
+        self, session: SessionCore, network: LiveNetwork, recording: Recording, marks: Marks, warn: Complain
     ) -> None:
         self.session = session
         self.recording = recording

@@ -14,7 +14,7 @@ from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Complain, Transport
 
 E = TypeVar("E", bound=HeldEndpoint)
 
@@ -36,7 +36,7 @@ class LiveNetwork(EndpointHost):
         self,
         open_domain: Callable[[int], Transport],
         domain_id: int,
-        complain: Callable[[str], None],
+        complain: Complain,
         definitions: Definitions = DEFINITIONS,
     ) -> None:
         super().__init__(complain, definitions)

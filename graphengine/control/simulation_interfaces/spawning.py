@@ -29,10 +29,14 @@ MAX_AT_ONCE = 1000
 """Maximum number of entities that one request spawns."""
 
 
+SceneFiles = tuple[Loaded[SceneSpec], Files]
+"""The scene file of a session, and the folders from which its files may be read."""
+
+
 class Spawning:
     """Handlers of the services that need the scene: spawning entities, and describing resources and the world."""
 
-    def __init__(self, scene: tuple[Loaded[SceneSpec], Files] | None) -> None:
+    def __init__(self, scene: SceneFiles | None) -> None:
         self._scene = scene
 
     def spawn_entity(self, session: SessionCore, request: Any, response: Any) -> None:
