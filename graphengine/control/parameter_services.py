@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.compiler.port_texts import listed as listed_value
 from graphengine.control.parameter_messages import descriptor, given_value
 from graphengine.control.service_host import Handle, ServiceHost
 from graphengine.format.errors import GraphError, RecordingError, UsageError
@@ -146,7 +145,8 @@ class ParameterServices:
                 for parameter, command in commands:
                     if command is None or parameter.command is None:
                         continue
-                    undo = parameter.command(listed_value(parameter.read()))
+                    value = parameter.read()
+                    undo = parameter.command(value.tolist() if isinstance(value, np.ndarray) else value)
                     command.apply(session)
                     undoing.insert(0, undo)
             except RecordingError:
