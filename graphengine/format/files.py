@@ -276,7 +276,7 @@ def find_file(name: str) -> Path:
     Raises:
         UsageError: no such file exists.
     """
-    base, hints = shipped(), list[str]()
+    base = shipped()
     shares = [share / name for share in installed_packages()]
     included = [base / folder / f"{name}{ending}" for folder in INCLUDED for ending in ("", ".yaml")]
     try:
