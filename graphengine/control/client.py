@@ -44,9 +44,8 @@ class Client:
             ControlError: the run rejected the command, ended before the response, or did not answer in time.
         """
         try:
-            with contextlib.suppress(
-                BrokenPipeError, ConnectionResetError
-            ):  # a refused client can still read the reason
+            # A refused client can still read the reason.
+            with contextlib.suppress(BrokenPipeError, ConnectionResetError):
                 self._lines.send({"command": command, "arguments": dict(arguments or {})})
             answer = self._lines.receive(MAX_ANSWER, patience=self._patience)
         except BadLineError:
@@ -89,10 +88,8 @@ def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:
     if len(fitting) == 1:
         return fitting[0]
     if not there:
-        raise ControlError(
-            "no run to control\n  start one, for example: graphrun run dd100_warehouse\n"
-            f"  looked in {folder(environment)}"
-        )
+        remedy = "start one, for example: graphrun run dd100_warehouse"
+        raise ControlError(f"no run to control\n  {remedy}\n  looked in {folder(environment)}")
     listed = "".join(f"\n  --run {entry.pid}   {entry.name}" for entry in fitting or there)
     if fitting:
         raise UsageError(f"there are {len(fitting)} runs; choose one{listed}")

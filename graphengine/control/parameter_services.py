@@ -14,7 +14,7 @@ from graphengine.format.errors import GraphError, RecordingError, UsageError
 from graphengine.format.wording import did_you_mean
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.parameters import SERVICES, ParameterType, value_message
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Complain, Transport
 from graphengine.runtime.command import Command
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.parameter_table import Parameter
@@ -46,12 +46,7 @@ class ParameterServices:
     """
 
     def __init__(
-        self,
-        node: str,
-        table: Mapping[str, Parameter],
-        queue: CommandQueue,
-        transport: Transport,
-        complain: Callable[[str], None],
+        self, node: str, table: Mapping[str, Parameter], queue: CommandQueue, transport: Transport, complain: Complain
     ) -> None:
         self.table = table
         self._queue = queue
@@ -94,10 +89,8 @@ class ParameterServices:
 
     def _get(self, request: Any, response: Any) -> None:
         found = [self.table.get(name) for name in request.names]
-        response.values = [
-            value_message(ParameterType.NOT_SET, None) if each is None else each.message(each.read()).value
-            for each in found
-        ]
+        unset = value_message(ParameterType.NOT_SET, None)
+        response.values = [unset if each is None else each.message(each.read()).value for each in found]
 
     def _list(self, request: Any, response: Any) -> None:
         names = listed(self.table, request.prefixes, request.depth)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 import re
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from graphengine.control.parameter_services import ParameterServices
@@ -16,7 +16,7 @@ from graphengine.messages.names import join_namespaces, strip
 from graphengine.messages.parameters import EVENT, EVENTS, ParameterType, parameter_message
 from graphengine.messages.qos import PARAMETER_EVENTS
 from graphengine.ros.network_graph import full_name, split_name
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Complain, Transport
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.parameter_table import USE_SIM_TIME, graph_parameters, session_parameters
@@ -39,9 +39,7 @@ class ParameterNodes:
         complain: called once with each warning about malformed requests and about nodes that cannot be created.
     """
 
-    def __init__(
-        self, session: SessionCore, queue: CommandQueue, transport: Transport, complain: Callable[[str], None]
-    ) -> None:
+    def __init__(self, session: SessionCore, queue: CommandQueue, transport: Transport, complain: Complain) -> None:
         self._session = session
         self._queue = queue
         self._transport = transport
@@ -132,7 +130,9 @@ class ParameterNodes:
             changed = [name for name in now if name in before and not table[name].has(before[name])]
             deleted = [name for name in before if name not in now]
             if self._events.matched and (new or changed or deleted):
-                event = self._event(node)
+                event = DEFINITIONS.initial(EVENT)
+                event.node = node
+                event.stamp = messages.Time(*divmod(round(self._session.time * 1e9), 1_000_000_000))
                 event.new_parameters = [table[name].message(now[name]) for name in new]
                 event.changed_parameters = [table[name].message(now[name]) for name in changed]
                 event.deleted_parameters = [parameter_message(name, ParameterType.NOT_SET, None) for name in deleted]
@@ -149,12 +149,6 @@ class ParameterNodes:
         if text not in self._warned and not self._closed:
             self._warned.add(text)
             self._complain(text)
-
-    def _event(self, node: str) -> Any:
-        event = DEFINITIONS.initial(EVENT)
-        event.node = node
-        event.stamp = messages.Time(*divmod(round(self._session.time * 1e9), 1_000_000_000))
-        return event
 
 
 def node_name(namespace: str, robot: str, taken: set[str]) -> str:

@@ -12,7 +12,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from graphengine.ros.transport import Transport, TransportServer
+from graphengine.ros.transport import Complain, Transport, TransportServer
 
 SERVICES = QoS()
 """QoS of all services: the default profile of rcl."""
@@ -22,6 +22,12 @@ Handle = Callable[[Any, Any], "Future[Any] | None"]
 
 If the result is a future, the response is sent when the future is done; if the result is None, immediately.
 """
+
+
+Finish = Callable[[Any, BaseException | None], None]
+"""A function that is called with a response and the exception of `Handle`'s future (None without an exception)."""
+Then = Callable[[Any, Any], None]
+"""A function that is called with a request and its response."""
 
 
 def _nothing(*_: object) -> None:
@@ -37,7 +43,7 @@ class ServiceHost:
         node: full name of the ROS node of the services; empty: the transport's node.
     """
 
-    def __init__(self, transport: Transport, complain: Callable[[str], None], node: str = "") -> None:
+    def __init__(self, transport: Transport, complain: Complain, node: str = "") -> None:
         self._transport = transport
         self._node = node
         self._complain = complain
@@ -47,22 +53,16 @@ class ServiceHost:
         self._malformed: set[str] = set()
 
     def add(
-        self,
-        service: str,
-        service_type: str,
-        handle: Handle,
-        finish: Callable[[Any, BaseException | None], None] = _nothing,
-        then: Callable[[Any, Any], None] = _nothing,
+        self, service: str, service_type: str, handle: Handle, finish: Finish = _nothing, then: Then = _nothing
     ) -> None:
         """Create a service server.
 
         Args:
             service: full name of the service.
             service_type: name of the service type, such as `std_srvs/srv/Trigger`.
-            handle: function that fills in the response; see `Handle`.
-            finish: called before the response is sent, with the response and the exception of the future (None without an
-                exception), to write the outcome into the response.
-            then: called with request and response after the response was sent.
+            handle: fills in the response; see `Handle`.
+            finish: writes the outcome into the response before it is sent; see `Finish`.
+            then: called after the response was sent; see `Then`.
 
         Raises:
             MessageTypeError: the transport does not know the type.

@@ -20,7 +20,7 @@ import yaml
 from graphengine.format.core_schema import resolve
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.given_text import GivenText
-from graphengine.format.regular_files import open_regular
+from graphengine.format.regular_files import StrPath, open_regular
 from graphengine.format.syntax_errors import report_syntax
 from graphengine.format.wording import did_you_mean
 
@@ -109,7 +109,7 @@ class Document:
 
 
 def load(
-    path: str | os.PathLike[str],
+    path: StrPath,
     findings: Findings,
     shown_as: str | None = None,
     *,
@@ -367,7 +367,7 @@ class _ValueBuilder:
         return True
 
     def _merge(self, first: Value, second: Value) -> Value:
-        """Return two mappings of the same key as one mapping, or else the second value."""
+        """Return both values of a key as one mapping if both are mappings, otherwise the second value."""
         if not (isinstance(first.data, dict) and isinstance(second.data, dict)):
             return second
         merged = self.merged.get(id(first)) or Value(first.span, dict(first.data), dict(first.keys))

@@ -18,7 +18,7 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.given_text import GivenText
-from graphengine.format.regular_files import open_regular
+from graphengine.format.regular_files import StrPath, open_regular
 from graphengine.format.wording import allowing, did_you_mean, listing, quoted
 
 
@@ -33,7 +33,7 @@ Signature = tuple[int, ...] | None
 """Mode, inode, size and times of a file, for the detection of changes; None for a missing file."""
 
 
-def signature(path: str | os.PathLike[str]) -> Signature:
+def signature(path: StrPath) -> Signature:
     """Return mode, inode, size and times of the file or folder at a path, without opening it; None if the path does not exist."""
     try:
         found = os.stat(path)
@@ -284,7 +284,7 @@ def find_file(name: str) -> Path:
     Raises:
         UsageError: no such file exists.
     """
-    base, hints = shipped(), list[str]()
+    base = shipped()
     shares = [share / name for share in installed_packages()]
     included = [base / folder / f"{name}{ending}" for folder in INCLUDED for ending in ("", ".yaml")]
     try:

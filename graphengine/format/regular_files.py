@@ -7,8 +7,11 @@ import os
 import stat
 from typing import BinaryIO
 
+StrPath = str | os.PathLike[str]
+"""A path as text or as a path object."""
 
-def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
+
+def open_regular(path: StrPath) -> BinaryIO:
     """Open a regular file for reading; return the binary file object.
 
     Raises:

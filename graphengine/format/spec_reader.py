@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import types
 import typing
@@ -21,6 +20,7 @@ from graphengine.format.document import Document, Location
 from graphengine.format.errors import UsageError
 from graphengine.format.given_text import GivenText
 from graphengine.format.key_docs import key_docs
+from graphengine.format.regular_files import StrPath
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.scene_spec import SceneSpec
 from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, Spec
@@ -226,12 +226,7 @@ class Loaded(typing.Generic[S]):
 
 
 def read(
-    model: type[S],
-    path: str | os.PathLike[str],
-    findings: Findings,
-    shown_as: str | None = None,
-    *,
-    given: GivenText | None = None,
+    model: type[S], path: StrPath, findings: Findings, shown_as: str | None = None, *, given: GivenText | None = None
 ) -> Loaded[S] | None:
     """Read a file and validate it as a spec; add errors to `findings`, and then return None.
 

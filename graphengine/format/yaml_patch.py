@@ -179,6 +179,11 @@ def _split(text: str) -> list[str]:
     return [line + end for line, end in zip(parts[::2], [*parts[1::2], ""], strict=True)]
 
 
+def _line_end(lines: list[str]) -> str:
+    """Return the line end of the first line that ends with CR, LF or both; LF if there is none."""
+    return next((line[len(line.rstrip("\r\n")) :] for line in lines if line.endswith(("\n", "\r"))), "\n")
+
+
 def _name(location: Location) -> str:
     return ".".join(map(str, location))
 
@@ -257,16 +262,15 @@ def _with_new_line(lines: list[str], parent: Value, entry: str) -> tuple[list[st
     """Insert a line with an entry after the last entry of a block mapping; return the lines and the index of the new line."""
     last = max(parent.keys.values(), key=lambda span: span.line)
     indent = " " * (last.column - 1)
-    behind = row = last.line
-    while row < len(lines):
-        text = lines[row].strip()
+    behind = last.line
+    for row, line in enumerate(lines[behind:], behind + 1):
+        text = line.strip()
         if text and not text.startswith("#"):
-            inner = lines[row].startswith((f"{indent} ", f"{indent}- "))
+            inner = line.startswith((f"{indent} ", f"{indent}- "))
             if not inner and text != "-":
                 break
-            behind = row + 1
-        row += 1
-    end = next((one[len(one.rstrip("\r\n")) :] for one in lines if one.endswith(("\n", "\r"))), "\n")
+            behind = row
+    end = _line_end(lines)
     if not lines[behind - 1].endswith(("\n", "\r")):
         lines[behind - 1] += end
     lines.insert(behind, f"{indent}{entry}{end}")
@@ -277,7 +281,7 @@ def _put_comment(lines: list[str], line: int, text: str) -> None:
     """Insert a comment line above a line, or replace the comment line there if it begins with the same two words."""
     indent = lines[line][: len(lines[line]) - len(lines[line].lstrip(" "))]
     words = text.split()[:3]
-    end = next((one[len(one.rstrip("\r\n")) :] for one in lines if one.endswith(("\n", "\r"))), "\n")
+    end = _line_end(lines)
     if line and lines[line - 1].split()[:3] == words:
         lines[line - 1] = f"{indent}{text}{end}"
     else:

@@ -135,19 +135,18 @@ def node_of(failure: str) -> str:
 def offered_qos(qos: QoS) -> str:
     """Return a QoS profile in rosbag2's format: a YAML list with one element."""
     known = settled(qos)
-    return "\n".join(
-        (
-            f"- history: {_NUMBERS[known.history]}",
-            f"  depth: {known.depth}",
-            f"  reliability: {_NUMBERS[known.reliability]}",
-            f"  durability: {_NUMBERS[known.durability]}",
-            *_duration("deadline", known.deadline),
-            *_duration("lifespan", known.lifespan),
-            f"  liveliness: {_NUMBERS[known.liveliness]}",
-            *_duration("liveliness_lease_duration", known.lease_duration),
-            "  avoid_ros_namespace_conventions: false",
-        )
-    )
+    lines = [
+        f"- history: {_NUMBERS[known.history]}",
+        f"  depth: {known.depth}",
+        f"  reliability: {_NUMBERS[known.reliability]}",
+        f"  durability: {_NUMBERS[known.durability]}",
+        *_duration("deadline", known.deadline),
+        *_duration("lifespan", known.lifespan),
+        f"  liveliness: {_NUMBERS[known.liveliness]}",
+        *_duration("liveliness_lease_duration", known.lease_duration),
+        "  avoid_ros_namespace_conventions: false",
+    ]
+    return "\n".join(lines)
 
 
 def _duration(name: str, seconds: float) -> tuple[str, str, str]:

@@ -13,6 +13,7 @@ from graphengine.recording.reader import Recording, Tick
 from graphengine.recording.replay import Difference, Replay
 from graphengine.recording.tick_inputs import TickInputs
 from graphengine.ros.network import LiveNetwork
+from graphengine.ros.transport import Complain
 from graphengine.runtime.session_core import SavedSession, SessionCore
 
 SPACING = 2.5
@@ -56,12 +57,7 @@ class RecordingPlayer:
     """
 
     def __init__(
-        self,
-        session: SessionCore,
-        network: LiveNetwork,
-        recording: Recording,
-        marks: Marks,
-        warn: Callable[[str], None] = lambda text: None,
+        self, session: SessionCore, network: LiveNetwork, recording: Recording, marks: Marks, warn: Complain
     ) -> None:
         self.session = session
         self.recording = recording
@@ -153,10 +149,8 @@ class RecordingPlayer:
             return
         if self._at == self.built != self._head.tick and tick < self.built and self.session.state != "failed":
             self._head = self._keep(self.built)
-        nearest = max(
-            (kept for kept in (*self._checkpoints, self._head, self._shown, self._visited) if kept.tick <= tick),
-            key=lambda kept: kept.tick,
-        )
+        earlier = [kept for kept in (*self._checkpoints, self._head, self._shown, self._visited) if kept.tick <= tick]
+        nearest = max(earlier, key=lambda kept: kept.tick)
         if self._at is None or self._at > tick or nearest.tick - self._at > STRIDE:
             if self.recording.workspace.exchanged != nearest.files:
                 self.recording.workspace.exchange(nearest.files)

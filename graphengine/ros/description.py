@@ -40,10 +40,9 @@ def from_topic(transport: Transport, topic: str, timeout: float) -> str:
     try:
         arrival = inbox.take(timeout)
         if arrival is None:
-            raise TransportError(
-                f"no message arrived on {topic} within {timeout:g} s\nlistened over {transport.description}\n"
-                "is a robot_state_publisher running in this domain? its topic must be latched (transient local)"
-            )
+            what = f"no message arrived on {topic} within {timeout:g} s\nlistened over {transport.description}"
+            hint = "is a robot_state_publisher running in this domain? its topic must be latched (transient local)"
+            raise TransportError(f"{what}\n{hint}")
     finally:
         reader.close()
     return str(messages.decode(arrival.data, _STRING).data)

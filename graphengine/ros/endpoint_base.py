@@ -9,7 +9,7 @@ from typing import Any
 
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim, Network, Sink
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Complain, Transport
 
 
 class HeldEndpoint:
@@ -40,7 +40,7 @@ class EndpointHost(Network):
         definitions: message types.
     """
 
-    def __init__(self, complain: Callable[[str], None], definitions: Definitions) -> None:
+    def __init__(self, complain: Complain, definitions: Definitions) -> None:
         self.complain = complain
         self.definitions = definitions
         self.sinks: list[Sink] = []

@@ -303,11 +303,8 @@ def _misfit(claim: EndpointClaim, peer: Endpoint, name: str) -> Fault:
     writer, reader = _offer(claim, claim.node, name)
     sent, read = _offer(claim, claim.message_type, peer.message_type)
     if sent != read:
-        what = f"{writer} publishes {sent}, {reader} reads {read}"
-        return (
-            f"{claim.topic}: {what}: no messages arrive",
-            "a topic has one type: change one type, or rename one topic",
-        )
+        remedy = "a topic has one type: change one type, or rename one topic"
+        return f"{claim.topic}: {writer} publishes {sent}, {reader} reads {read}: no messages arrive", remedy
     offered, requested = _offer(claim, claim.qos, peer.qos)
     if why := mismatch(offered, requested, writer, reader):
         policies = ", ".join(policy_json(peer.qos, policy) for policy in short_of(offered, requested))

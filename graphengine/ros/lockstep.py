@@ -80,17 +80,16 @@ class Lockstep:
         subscriptions = self._subscriptions(entry.topic)
         waiting = [one.waiting for one in subscriptions]
         if waiting and max(waiting) > MAX_AHEAD * entry.messages:
-            raise TransportError(
-                f"{entry.topic}: {max(waiting)} messages wait at t = {float(frame * tick):g} s; lockstep takes"
-                f" {entry.messages} at the end of each period of {entry.period:g} s\n"
-                "  the program sends more: set `period` and `messages` to its rate"
-            )
+            what = f"{entry.topic}: {max(waiting)} messages wait at t = {float(frame * tick):g} s"
+            taken = f"lockstep takes {entry.messages} at the end of each period of {entry.period:g} s"
+            remedy = "the program sends more: set `period` and `messages` to its rate"
+            raise TransportError(f"{what}; {taken}\n  {remedy}")
         if not waiting or min(waiting) >= entry.messages:
             return True
         return not ends and (not _ends(entry, frame + 1, tick) or self._is_found(subscriptions[0]))
 
     def _is_found(self, subscription: LiveSubscription) -> bool:
-        """Return whether a publisher of the topic was discovered at least `REPEAT` s ago: it now knows the subscription."""
+        """Return whether a publisher of the topic was discovered at least `REPEAT` s ago, and so knows the subscription."""
         transport, topic = self._network.transport(subscription.claim.ros_context), subscription.topic
         now = time.monotonic()
         if transport.spin_time == 0.0:  # the transport has no discovery

@@ -16,7 +16,7 @@ from graphengine.ros.endpoint_faults import find_publishers
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Complain, Transport
 
 E = TypeVar("E", bound=HeldEndpoint)
 
@@ -38,7 +38,7 @@ class LiveNetwork(EndpointHost):
         self,
         open_domain: Callable[[int], Transport],
         domain_id: int,
-        complain: Callable[[str], None],
+        complain: Complain,
         definitions: Definitions = DEFINITIONS,
     ) -> None:
         super().__init__(complain, definitions)
@@ -102,23 +102,23 @@ class LiveNetwork(EndpointHost):
         return made
 
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
-        """Return the publisher that a node claims: new, or within `handing_over` possibly an open publisher."""
+        """Return a publisher for a node's claim: a new one, or within `handing_over` an open publisher of an equal claim."""
         end = self._end(LivePublisher, claim, self.publishers, lambda: LivePublisher(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
-        """Return the subscription that a node claims: new, or within `handing_over` possibly an open subscription."""
+        """Return a subscription for a node's claim: a new one, or within `handing_over` an open one of an equal claim."""
         end = self._end(LiveSubscription, claim, self.subscriptions, lambda: LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
-        """Return the service server that a node claims, new or handed over; `handle` is that of `Network.server`."""
+        """Return a service server for a node's claim, new or handed over; `handle` is that of `Network.server`."""
         return self._end(LiveServer, claim, self._servers, lambda: LiveServer(self, claim, handle))
 
     def client(self, claim: EndpointClaim) -> LiveClient:
-        """Return the service client that a node claims: new, or within `handing_over` possibly an open client."""
+        """Return a service client for a node's claim: a new one, or within `handing_over` an open client of an equal claim."""
         return self._end(LiveClient, claim, self._clients, lambda: LiveClient(self, claim))
 
     @property
@@ -176,7 +176,7 @@ class LiveNetwork(EndpointHost):
             watch.look()
 
     def _ends(self, domain: int) -> Iterator[LivePublisher | LiveSubscription]:
-        """Return an iterator over the present publishers and subscriptions in a domain; another thread may use it later."""
+        """Return an iterator over the present publishers and subscriptions in a domain, which another thread may use later."""
         ends: list[LivePublisher | LiveSubscription] = [*self.publishers, *self.subscriptions]
         return (end for end in ends if self._is_in(domain, end))
 

@@ -156,7 +156,9 @@ def _printable_services(services: Iterable[tuple[str, str]]) -> list[tuple[str, 
     return sorted({(printable(name), printable(kind)) for name, kind in services})
 
 
-def another_definition(name: str, peer: str, message_type: str, own: str, effect: str = "") -> tuple[str, str]:
+def another_definition(
+    name: str, peer: str, message_type: str, own: str, effect: str = "no messages are exchanged"
+) -> tuple[str, str]:
     """Return a warning about a peer that has another definition of a message or service type, and a remedy.
 
     Args:
@@ -164,10 +166,8 @@ def another_definition(name: str, peer: str, message_type: str, own: str, effect
         peer: name of the peer.
         message_type: ROS name of the type.
         own: name of the endpoint with the definition of this session.
-        effect: consequence; if empty, `no messages are exchanged`.
+        effect: consequence of the difference.
     """
     package = message_type.partition("/")[0]
-    return (
-        f"{name}: {peer} has another definition of {message_type} than {own}: {effect or 'no messages are exchanged'}",
-        f"use one version of {package} on both sides; --msg-path names the folder of its definitions",
-    )
+    what = f"{name}: {peer} has another definition of {message_type} than {own}: {effect}"
+    return what, f"use one version of {package} on both sides; --msg-path names the folder of its definitions"

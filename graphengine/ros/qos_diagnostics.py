@@ -13,7 +13,7 @@ from pathlib import Path
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.ros.endpoint_faults import End, Finder, published_types
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Complain, Transport
 
 PERIOD, LONGEST_PERIOD = 0.5, 5.0
 """Shortest and longest time between the starts of two searches, s; see `SHARE`."""
@@ -43,7 +43,7 @@ class Watch:
         self,
         transport: Transport,
         ends: Callable[[], Iterable[End]],
-        tell: Callable[[str], None],
+        tell: Complain,
         clock: Callable[[], float] = time.monotonic,
         buffer: int | None = None,
         definitions: Definitions = DEFINITIONS,

@@ -77,6 +77,8 @@ class TransportKind:
 
 _POLL = 0.01
 
+Complain = Callable[[str], None]
+"""Callback for a warning to users, for example about a peer that sends malformed messages; its argument is the text."""
 Deliver = Callable[[bytes], None]
 """Callback for a received message; its argument is the CDR message."""
 DeliverRequest = Callable[[bytes, bytes], None]

@@ -64,14 +64,7 @@ class NodePort:
         for wire in graph.data_wires:
             if (wire.target, wire.target_field) == (self.index, self.port.field):
                 raise UsageError(f"{self.address} is wired: {wire}\n  only unwired inputs can be set")
-        wanted = settled_type(graph.instances[self.index], self.port)
-        try:
-            if isinstance(wanted, types.UnionType):
-                converted = types.first_that_takes(value, wanted.alternatives)[1]
-            else:
-                converted = types.coerce(value, wanted)
-        except (TypeError, ValueError) as error:
-            raise UsageError(f"{self.address} is {with_article(wanted)}: {error}, got {shown(value)}") from None
+        converted = _converted(value, settled_type(graph.instances[self.index], self.port), self.address)
         tolerated = (recorded and self.port.is_bounded) or types.equal(converted, self.value)
         missing = "the input is required, expected a value" if self.port.is_missing(converted) else ""
         wrong = "" if tolerated else missing or self.port.refusal(converted)
@@ -104,11 +97,7 @@ class GraphVariable:
         Raises:
             UsageError: the value is not legal for the variable.
         """
-        try:
-            return types.coerce(value, self.type)
-        except (TypeError, ValueError) as error:
-            variable = f"variable {self.name} of {self.run.name}"
-            raise UsageError(f"{variable} is {with_article(self.type)}: {error}, got {shown(value)}") from None
+        return _converted(value, self.type, f"variable {self.name} of {self.run.name}")
 
     def put(self, value: Any) -> None:
         """Set the variable to a value, which is converted to its type; call this only between two ticks.
@@ -118,6 +107,16 @@ class GraphVariable:
         """
         self.run.variables[self.name].value = self.convert(value)
         self.run.executor.mark_stale()
+
+
+def _converted(value: Any, wanted: types.PortType | types.UnionType, owner: str) -> Any:
+    """Return a value converted to a type; raise UsageError, with the name `owner`, if the value is not legal for the type."""
+    try:
+        if isinstance(wanted, types.UnionType):
+            return types.first_that_takes(value, wanted.alternatives)[1]
+        return types.coerce(value, wanted)
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"{owner} is {with_article(wanted)}: {error}, got {shown(value)}") from None
 
 
 def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVariable:

@@ -135,11 +135,10 @@ class Executor:
         for index in self.plan.order:
             self._apply(incoming[index])
             try:
-                if predecessors is None:
+                if predecessors is None or predecessors.before_setup(index):
                     self._call(index, self._setup_node, index)
-                elif predecessors.before_setup(index):
-                    self._call(index, self._setup_node, index)
-                    predecessors.after_setup(index)
+                    if predecessors is not None:
+                        predecessors.after_setup(index)
                 if index in constant:
                     self._call(index, self.nodes[index].compute)
                 elif index in self.plan.early:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +11,14 @@ from graphengine.compiler.every_gates import rate
 from graphengine.compiler.graph import Graph, visible
 from graphengine.devices.backend import World
 from graphengine.devices.stage import Prim
-from graphengine.format.errors import BadValueError, ContextError, NodeError
+from graphengine.format.errors import BadValueError, ContextError
 from graphengine.format.prim_paths import at_or_below
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
 from graphengine.node.context.session_services import Services
 from graphengine.node.variable import Variable
 from graphengine.runtime.executor import Executor
-from graphengine.runtime.node_faults import NodeFaults
+from graphengine.runtime.node_faults import FaultHandler, NodeFaults
 
 
 class GraphContexts:
@@ -162,9 +162,7 @@ def make_clock(world: World, *, on_step: bool = False) -> Clock:
     return Clock((numerator, denominator * (world.substeps if on_step else 1)))
 
 
-def make_graph_run(
-    graph: Graph, services: Services, clock: Clock, fault: Callable[[NodeError], None] | None = None
-) -> GraphRun:
+def make_graph_run(graph: Graph, services: Services, clock: Clock, fault: FaultHandler | None = None) -> GraphRun:
     """Return a run of a graph that is not set up yet.
 
     Args:

@@ -54,8 +54,7 @@ class JointCommand(ChangeCommand):
             self._command(session, session.services.world.articulation(robot))
         except (JointError, BadValueError) as error:
             raise UsageError(str(error).replace("\n", "\n  ")) from error
-        given = {"positions": self.positions, "velocities": self.velocities, "efforts": self.efforts}
-        self._record(session, robot=self.robot, **given)
+        self._record(session, **self.model_dump())
 
     def _command(self, session: SessionCore, robot: Articulation) -> None:
         kinds: dict[CommandKind, JointNumbers] = {

@@ -10,6 +10,9 @@ from graphengine.compiler.graph import Graph
 from graphengine.format.errors import BadValueError, NodeError
 from graphengine.node.node_class import Node
 
+FaultHandler = Callable[[NodeError], None]
+"""Callback for an exception of a node, after which the run continues."""
+
 
 @dataclass(eq=False)
 class NodeFaults:
@@ -28,7 +31,7 @@ class NodeFaults:
     graph: Graph
     nodes: Sequence[Node]
     now: Callable[[], tuple[int, float]]
-    fault: Callable[[NodeError], None] | None = None
+    fault: FaultHandler | None = None
     dropped: Callable[[int, BadValueError, bool], bool] | None = None
     started: InitVar[bool] = False
 

@@ -78,16 +78,12 @@ class NodeProblems:
     def all(self) -> Mapping[str, Any]:
         """Return severity, number and last text of the problems of each node as JSON values, by the node's prim path."""
         drops = self._drops()
-        others = [node for node in drops if node not in self._texts]
-        nodes = [
-            *self._texts,
-            *[node for node in others if not self._graphs or node.startswith(self._graphs)][:MOST_NODES],
-        ]
+        others = [node for node in drops if node not in self._texts and node.startswith(self._graphs or "")]
         return {
             node: {
                 "severity": "error" if node in self._errors else "warning",
                 "count": self._counts.get(node, 0) + drops.get(node, 0),
                 "text": self._texts.get(node, "the node dropped values that it cannot use"),
             }
-            for node in nodes
+            for node in (*self._texts, *others[:MOST_NODES])
         }

@@ -164,11 +164,8 @@ def _variables(run: GraphRun, graph: str) -> Iterator[Parameter]:
         if is_representable(kind):
             subgraph, _, variable = path.rpartition("/")
             name = ".".join((graph, *filter(None, subgraph.split("/")), "variables", variable))
-            at = GraphVariable(run, path)
-            read = partial(getattr, run.variables[path], "value")
-            yield Parameter(
-                name, kind, read, partial(_assign, at), "variable of the graph", "", _limits(kind), _length(kind)
-            )
+            read, command = partial(getattr, run.variables[path], "value"), partial(_assign, GraphVariable(run, path))
+            yield Parameter(name, kind, read, command, "variable of the graph", "", _limits(kind), _length(kind))
 
 
 def _set(at: NodePort, value: Any) -> Command:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -50,7 +51,8 @@ class SessionCore(RunControl):
         super().__init__(ticker)
         self.roster = roster
         self.reloader = Reloader()
-        self.version = self._versions = 0
+        self._versions = itertools.count()
+        self.version = next(self._versions)
         """Number of the version of the files that the session runs."""
         self.edits = False
         """Whether commands may change the files of the session."""
@@ -205,12 +207,8 @@ class SessionCore(RunControl):
         """
         done = self._ticker.exchange(graphs)
         if done.changed or done.added or done.removed:
-            self._begin_version()
+            self.version = next(self._versions)
         return done
-
-    def _begin_version(self) -> None:
-        self._versions += 1
-        self.version = self._versions
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
         """Replace the world and all graphs, and restart at time 0. The session stays playing, paused or stopped.
@@ -226,7 +224,7 @@ class SessionCore(RunControl):
         ticker.count = before.count
         self._ticker, self.services, self.roster = ticker, ticker.services, roster
         self.clock, self.step_clock = ticker.clock, ticker.step_clock
-        self._begin_version()
+        self.version = next(self._versions)
         ticker.close(before.graphs)
         ticker.services.forget_calls()
         before.services.world.close()

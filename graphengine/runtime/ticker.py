@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from graphengine.compiler.graph import Graph
 from graphengine.devices.backend import World
-from graphengine.format.errors import GraphError, NodeError, PhysicsError, TransportError
+from graphengine.format.errors import GraphError, PhysicsError, TransportError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
@@ -18,6 +18,7 @@ from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_exchange import Succession, unchanged
 from graphengine.runtime.graph_run import GraphRun, make_clock, make_graph_run
 from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.node_faults import FaultHandler
 from graphengine.runtime.reloading import Reloaded
 
 ResetScope = Literal["time", "state", "spawned"]
@@ -39,7 +40,7 @@ class Ticker:
             fired. None: an exception of a node ends the tick.
     """
 
-    def __init__(self, services: Services, fault: Callable[[NodeError], None] | None = None) -> None:
+    def __init__(self, services: Services, fault: FaultHandler | None = None) -> None:
         self.services = services
         self.clock = make_clock(services.world)
         """Clock that counts ticks."""

@@ -21,7 +21,7 @@ from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format import document, spec_reader
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import NodeError, UsageError
+from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
 from graphengine.format.prim_paths import at_or_below
@@ -33,6 +33,7 @@ from graphengine.node.context.session_services import Services
 from graphengine.node.dropped_values import DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
+from graphengine.runtime.node_faults import FaultHandler
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, robot_uses, use_place
 from graphengine.scene.hot_reload import SceneReloader
@@ -61,7 +62,7 @@ def _load(path: Path, options: Options, before: LoadedScene | None = None) -> Lo
         return unread
     kind = spec_reader.kind_of(found)
     if kind == "scene":
-        scene = _plan(*_scene_uses(unread, path, files, before))
+        scene = _plan(*_scene_uses(unread, path, before))
         _check_lockstep(scene)
         _lint_idle_robots(scene)
         return scene
@@ -104,20 +105,18 @@ def _with_message_types(options: Options) -> Options:
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
 
 
-def _scene_uses(
-    scene: LoadedScene, path: Path, files: Files, before: LoadedScene | None
-) -> tuple[LoadedScene, list[GraphFile]]:
+def _scene_uses(scene: LoadedScene, path: Path, before: LoadedScene | None) -> tuple[LoadedScene, list[GraphFile]]:
     """Return a scene with its world, and the graph files: first those in the scene file, then those of each robot."""
-    options, findings = scene.options, scene.findings
+    files, findings = scene.files, scene.findings
     read = spec_reader.read(SceneSpec, path, findings, given=files.text(path))
     if read is None:
         return scene, []
     uses: list[GraphFile] = []
     for graph, use in read.spec.graphs.items():
         uses += find_use(use, graph, use_place(read.document, graph, use), read.folder, {}, files, findings)
-    scene = _with_world(replace(scene, files=files), read, before)
+    scene = _with_world(scene, read, before)
     for robot in scene.world.robots.values() if scene.world is not None else ():
-        uses += robot_uses(robot, scene.stage, files, findings, options)
+        uses += robot_uses(robot, scene.stage, scene)
     return scene, uses
 
 
@@ -165,7 +164,7 @@ def _graph_uses(
     if given is not None and spec_reader.kind_of(given) in ("graph", "robot"):
         raise UsageError(f"--scene {options.scene}: this is a {spec_reader.kind_of(given)} file, not a scene")
     if scene_path is not None:
-        scene, of_scene = _scene_uses(scene, scene_path, files.beside(scene_path), before)
+        scene, of_scene = _scene_uses(replace(scene, files=files.beside(scene_path)), scene_path, before)
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
         raise UsageError("a graph alone has no robots and no robot states; give a scene with --scene")
@@ -177,7 +176,7 @@ def _graph_uses(
 def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
     """Resolve, plan and check the graphs in `uses`; return the scene with these graphs."""
     overrides, findings = Override.parse_all(scene.options.overrides), scene.findings
-    graphs = resolve_uses(uses, scene.files, scene.options, scene.registry, findings, overrides)
+    graphs = resolve_uses(uses, scene, overrides)
     planned = share_plans(graphs, findings)
     world = scene.world
     if world is not None:
@@ -271,7 +270,7 @@ def start(
     domain_id: int = 0,
     domain_from_environment: int | None = None,
     log: Callable[[str, str, str], None] | None = None,
-    fault: Callable[[NodeError], None] | None = None,
+    fault: FaultHandler | None = None,
     bad_values: BadValues = "drop",
     world: World | None = None,
 ) -> SessionCore:

@@ -11,7 +11,6 @@ from graphengine.compiler.filled_document import Places, Use
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.literals import Override
-from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.subgraph_expansion import load_graph
 from graphengine.devices.stage import Prim, Stage
@@ -20,10 +19,10 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.prim_paths import normalize
 from graphengine.format.spec import GraphUse
+from graphengine.scene.loaded_scene import LoadedScene
 
 if TYPE_CHECKING:
     from graphengine.physics.model.robot import RobotInstance
-    from graphengine.scene.loaded_scene import Options
 
 MAX_SCENE_PARTS = 100_000
 """Maximum total number of nodes, wires and variables in all graphs of a scene; a dd100 robot has 70."""
@@ -50,15 +49,19 @@ class GraphFile:
     asked_for: bool = False
 
 
-def robot_uses(
-    robot: RobotInstance, stage: Stage, files: Files, findings: Findings, options: Options
-) -> list[GraphFile]:
-    """Return the graph files of a robot: those in the robot file in the file's order, then those that options add."""
+def robot_uses(robot: RobotInstance, stage: Stage, scene: LoadedScene) -> list[GraphFile]:
+    """Return the graph files of a robot: those in the robot file in the file's order, then those that options add.
+
+    Args:
+        robot: robot of the scene.
+        stage: prims of the world, with those of the robot.
+        scene: gives the options and the files that may be read, and receives the findings.
+    """
     uses: list[GraphFile] = []
-    prim = stage.find(robot.prim_path)
+    prim, files, options = stage.find(robot.prim_path), scene.files, scene.options
     for graph, use in robot.spec.graphs.items():
         place, folder = use_place(robot.file, graph, use), robot.file.folder("graphs", graph, "use")
-        uses += find_use(use, f"{robot.name}/{graph}", place, folder, {"robot": prim.path}, files, findings)
+        uses += find_use(use, f"{robot.name}/{graph}", place, folder, {"robot": prim.path}, files, scene.findings)
     if options.robot_state or robot.placement.use.robot_state:
         uses.append(_shipped_graph("robot_state", robot, prim, files, asked_for=options.robot_state))
     if options.localization == "truth" and robot.disabled.free_link is not None:
@@ -90,17 +93,10 @@ def find_use(
     return [GraphFile(path, name, {**bindings, **use.parameters}, at, place)] if path is not None else []
 
 
-def resolve_uses(
-    uses: Sequence[GraphFile],
-    files: Files,
-    options: Options,
-    registry: Registry,
-    findings: Findings,
-    overrides: Sequence[Override] = (),
-) -> list[Graph]:
-    """Return the graphs of the given files with their parameters inserted; add errors in the files to `findings`."""
+def resolve_uses(uses: Sequence[GraphFile], scene: LoadedScene, overrides: Sequence[Override]) -> list[Graph]:
+    """Return the graphs of the given files with their parameters inserted; add errors to the findings of the scene."""
     graphs: list[Graph] = []
-    library, parts = GraphLibrary(files), 0
+    library, parts, findings = GraphLibrary(scene.files), 0, scene.findings
     for use in uses:
         declared = _declared_parameters(library.read(use.path, findings))
         parameters = {k: v for k, v in use.parameters.items() if k in declared or k not in ("robot", "root")}
@@ -114,7 +110,8 @@ def resolve_uses(
             return []
         at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
         prim_path = normalize(at) if at.startswith("/") else f"/{at}"
-        graphs.append(resolve(flat, use.name, prim_path, registry, findings, overrides, recorded=options.recorded))
+        recorded = scene.options.recorded
+        graphs.append(resolve(flat, use.name, prim_path, scene.registry, findings, overrides, recorded=recorded))
     return graphs
 
 

@@ -11,10 +11,11 @@ from graphengine.compiler.graph import Graph
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
-from graphengine.format.errors import NodeError, UsageError
+from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, Signature
 from graphengine.node.context.session_services import Services
 from graphengine.runtime.addresses import NodePort
+from graphengine.runtime.node_faults import FaultHandler
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.session_core import SessionCore
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 MAX_READINGS = 5
 """Maximum number of attempts to read the files if they change while they are read."""
 
+LoadAgain = Callable[[LoadedScene], LoadedScene]
+"""A function that loads the current version of a scene's files, and returns the new scene."""
+
 
 class SceneReloader(Reloader):
     """Reloads the scene of a session.
@@ -40,17 +44,12 @@ class SceneReloader(Reloader):
         session: session that runs the scene.
         scene: scene that the session runs.
         files: the session's record of the files that were read; each reload updates the record.
-        load_again: function that loads a scene again from its files.
-        fault: function called with each NodeError, as for `Ticker`; None lets a NodeError end the run.
+        load_again: loads the scene again from its files.
+        fault: called with each NodeError, as for `Ticker`; None lets a NodeError end the run.
     """
 
     def __init__(
-        self,
-        session: SessionCore,
-        scene: LoadedScene,
-        files: Files,
-        load_again: Callable[[LoadedScene], LoadedScene],
-        fault: Callable[[NodeError], None] | None,
+        self, session: SessionCore, scene: LoadedScene, files: Files, load_again: LoadAgain, fault: FaultHandler | None
     ) -> None:
         self._session = session
         self.scene, self._files = scene, files
@@ -109,7 +108,7 @@ class SceneReloader(Reloader):
             fresh = self._load_again(self.scene)
             files = self._read = _copy(fresh.files)
             fresh.require_runnable()
-            successor = self._successor(fresh, files, session.roster)
+            successor = self._successor(fresh, files)
             session.inbox.reading(files)
             if not files.changed():
                 break
@@ -138,9 +137,7 @@ class SceneReloader(Reloader):
             mine.update(theirs)
         self.scene, self._read = scene, self._files
 
-    def _successor(
-        self, fresh: LoadedScene, files: Files, roster: Roster
-    ) -> tuple[Sequence[Graph], Callable[[], None]] | None:
+    def _successor(self, fresh: LoadedScene, files: Files) -> tuple[Sequence[Graph], Callable[[], None]] | None:
         """Return the graphs that replace the running graphs, and a function that then lets the roster use the new scene.
 
         The result is None if the world or a robot has changed.
@@ -148,7 +145,7 @@ class SceneReloader(Reloader):
         Raises:
             CheckError: a spawned robot or one of its graphs has errors.
         """
-        before = self.scene.world
+        before, roster = self.scene.world, self._session.roster
         if before is None or fresh.world is None:
             return (fresh.planned, lambda: None) if before is fresh.world else None
         assert isinstance(roster, SceneRoster)
@@ -212,7 +209,7 @@ def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneR
     named = {graph.name for graph in graphs}
     claimed = [claim for claim in fresh.claims if claim.graph in named]
     for robot in spawned:
-        graphs += roster.plan(robot, fresh, files, graphs, claimed)
+        graphs += roster.plan(robot, replace(fresh, files=files), graphs, claimed)
     return graphs
 
 

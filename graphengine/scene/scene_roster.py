@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
 from graphengine.devices.entity import refuse
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
+from graphengine.format.errors import UnknownEntityError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
 from graphengine.format.wording import unknown
@@ -21,6 +22,7 @@ from graphengine.messages.endpoints import EndpointClaim
 from graphengine.node.context.session_services import Services
 from graphengine.runtime import check
 from graphengine.runtime.graph_run import GraphRun
+from graphengine.runtime.node_faults import FaultHandler
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import Ticker
 from graphengine.scene.graph_loading import resolve_uses, robot_uses
@@ -32,11 +34,7 @@ if TYPE_CHECKING:
 
 
 def begin(
-    scene: LoadedScene,
-    world: LoadedWorld | None,
-    files: Files,
-    services: Services,
-    fault: Callable[[NodeError], None] | None,
+    scene: LoadedScene, world: LoadedWorld | None, files: Files, services: Services, fault: FaultHandler | None
 ) -> tuple[Ticker, Roster]:
     """Set up the graphs of a scene; return the ticker that runs them and the roster that adds and removes robots.
 
@@ -72,7 +70,7 @@ class SceneRoster(Roster):
 
     def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
         """Use a new version of the scene for robots that are added later; both versions must have equal worlds."""
-        self._scene, self._robots = scene, world.robots
+        self._scene, self._robots = replace(scene, files=self._files), world.robots
         self.world = world
         """World of the session with its current robots."""
         world.scenery.library.files = self._files
@@ -95,7 +93,7 @@ class SceneRoster(Roster):
         claims = self._services.claims
 
         def plan() -> Sequence[Graph]:
-            graphs = self.plan(self._robots[name], self._scene, self._files, beside, claims)
+            graphs = self.plan(self._robots[name], self._scene, beside, claims)
             if not forced:
                 refuse(name, self._services.world.entities.overlaps(name, floors=False))
             return graphs
@@ -111,19 +109,13 @@ class SceneRoster(Roster):
             raise
 
     def plan(
-        self,
-        robot: RobotInstance,
-        scene: LoadedScene,
-        files: Files,
-        beside: Sequence[Graph],
-        claimed: Sequence[EndpointClaim],
+        self, robot: RobotInstance, scene: LoadedScene, beside: Sequence[Graph], claimed: Sequence[EndpointClaim]
     ) -> list[Graph]:
         """Return a robot's graphs, planned and checked.
 
         Args:
             robot: robot in the world; it may have a new description.
-            scene: scene whose options and message types apply.
-            files: folders from which files of the robot may be read.
+            scene: scene whose options, files and message types apply.
             beside: graphs that run before the robot's graphs.
             claimed: topics and services that the graphs in `beside` use.
 
@@ -131,9 +123,10 @@ class SceneRoster(Roster):
             CheckError: a graph has errors.
         """
         services, findings = self._services, Findings()
-        uses = robot_uses(robot, services.stage, files, findings, scene.options)
+        scene = replace(scene, findings=findings)
         overrides = Override.parse_all(scene.options.overrides)
-        graphs = share_plans(resolve_uses(uses, files, scene.options, scene.registry, findings, overrides), findings)
+        uses = robot_uses(robot, services.stage, scene)
+        graphs = share_plans(resolve_uses(uses, scene, overrides), findings)
         findings.raise_errors()
         assert scene.world is not None
         write_namespaces(scene.world.scenery.scene, services.stage, graphs, findings, within=robot.prim_path)

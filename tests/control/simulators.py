@@ -85,7 +85,9 @@ def simulator(folder: Path, **how: Any) -> Iterator[Simulator]:
     transport, complaints = MemoryTransport(), list[str]()
     session = build.start(assembly, LiveNetwork(lambda domain: transport, 0, complaints.append))
     with controlled(session, **{"paused": True, **how}) as run:
-        services = SimulationInterfaces(run.queue, (scenery.scene, scenery.library.files), transport, complaints.append)
+        services = SimulationInterfaces(
+            run.queue, (scenery.scene, scenery.library.files), transport, complaints.append, "/"
+        )
         try:
             yield Simulator(run, transport, complaints)
         finally:

@@ -423,7 +423,7 @@ def test_unsupported_services_respond_with_an_error(sim: Simulator, service: str
 def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTicking) -> None:
     transport, session = MemoryTransport(), ticking().session
     with controlled(session, paused=True) as run:
-        SimulationInterfaces(run.queue, None, transport, print)
+        SimulationInterfaces(run.queue, None, transport, print, "/")
         client = Client(transport)
         assert client.call("step_simulation", steps=2).result.result == OK
         features = client.call("get_simulator_features").features.features.tolist()

@@ -156,7 +156,7 @@ def playing(path: Path, options: Options | None = None) -> Iterator[RecordingPla
         keeps_going = (lambda error: marks.log("error", "", str(error))) if manifest.keep_going else None
         with (
             build.start(scene, network, log=marks.log, fault=keeps_going, bad_values=manifest.bad_values) as session,
-            contextlib.closing(RecordingPlayer(session, network, recording, marks)) as player,
+            contextlib.closing(RecordingPlayer(session, network, recording, marks, print)) as player,
         ):
             yield player
 

@@ -13,13 +13,10 @@ from graphengine.control.simulation_interfaces import entities, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
 from graphengine.control.simulation_interfaces.resources import FORMATS
 from graphengine.control.simulation_interfaces.results import OK, UNSUPPORTED, RefusedError, code_of, text_of
-from graphengine.control.simulation_interfaces.spawning import Spawning
-from graphengine.format.files import Files
-from graphengine.format.scene_spec import SceneSpec
-from graphengine.format.spec_reader import Loaded
+from graphengine.control.simulation_interfaces.spawning import SceneFiles, Spawning
 from graphengine.format.version import __version__
 from graphengine.messages.interfaces import MessageTypeError
-from graphengine.ros.transport import Transport
+from graphengine.ros.transport import Complain, Transport
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.session_core import SessionCore
 
@@ -49,12 +46,7 @@ class SimulationInterfaces:
     """
 
     def __init__(
-        self,
-        queue: CommandQueue,
-        scene: tuple[Loaded[SceneSpec], Files] | None,
-        transport: Transport,
-        complain: Callable[[str], None],
-        namespace: str = "/",
+        self, queue: CommandQueue, scene: SceneFiles | None, transport: Transport, complain: Complain, namespace: str
     ) -> None:
         self._queue = queue
         self._above = namespace.rstrip("/")
@@ -77,7 +69,7 @@ class SimulationInterfaces:
         if missing:
             complain(f"services left out because {PACKAGE} is not installed or older than 1.5: {', '.join(missing)}")
 
-    def _services(self, scene: tuple[Loaded[SceneSpec], Files] | None) -> Mapping[str, tuple[Answer, Sequence[int]]]:
+    def _services(self, scene: SceneFiles | None) -> Mapping[str, tuple[Answer, Sequence[int]]]:
         """Return the handler and the SimulatorFeatures codes of each service, by service name."""
         services: dict[str, tuple[Answer, Sequence[int]]] = {
             "get_simulator_features": (self._get_features, ()),

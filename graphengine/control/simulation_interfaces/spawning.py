@@ -29,10 +29,14 @@ MAX_AT_ONCE = 1000
 """Maximum number of entities that one request spawns."""
 
 
+SceneFiles = tuple[Loaded[SceneSpec], Files]
+"""The scene file of a session, and the folders from which its files may be read."""
+
+
 class Spawning:
     """Handlers of the services that need the scene: spawning entities, and describing resources and the world."""
 
-    def __init__(self, scene: tuple[Loaded[SceneSpec], Files] | None) -> None:
+    def __init__(self, scene: SceneFiles | None) -> None:
         self._scene = scene
 
     def spawn_entity(self, session: SessionCore, request: Any, response: Any) -> None:
@@ -125,7 +129,7 @@ def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> st
 
 
 def _namespace(wanted: str) -> str | None:
-    """Check and return a requested namespace; None for an empty namespace, so that the robot file determines it."""
+    """Check and return a requested namespace; None if it is empty, which means the namespace of the robot file."""
     if "{" in wanted:
         raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} is not a ROS 2 namespace")
     return wanted or None

@@ -138,7 +138,7 @@ class ServedTopic:
                     self.channel.log(data)
 
     def _is_shown(self, end: ServedEnd) -> bool:
-        """Return whether clients receive an endpoint's messages: of all writers, or without writers of the first reader."""
+        """Return whether clients receive an endpoint's messages: True for writers, and without writers for the first reader."""
         return not isinstance(end, ServedReader) or (not self.writers and self.readers[:1] == [end])
 
 
@@ -224,8 +224,7 @@ class FoxgloveServer(ServerListener):
         """Return the clients' publishers on topics that the run reads, each with the QoS of the topic's first reader."""
         with self._lock:
             read = self._read()
-            published = [end for end in self._published.values() if end.topic in read]
-            return [replace(end, qos=read[end.topic]) for end in published]
+            return [replace(end, qos=read[end.topic]) for end in self._published.values() if end.topic in read]
 
     def _read(self) -> dict[str, QoS]:
         """Return the topics that the run reads, each with the QoS of its first reader."""

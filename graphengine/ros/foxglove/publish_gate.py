@@ -134,7 +134,7 @@ class PublishGate:
             self._publishers.forget(number)
 
     def _take(self, client: int, message: str | bytes) -> bool:
-        """Pass a message to the run if it publishes or advertises; return whether the message was passed."""
+        """Pass a message with which a client publishes or advertises to the run; return False for any other message."""
         if isinstance(message, str):
             return self._publishers.announce(client, parse_object(message) or {})
         if len(message) < HEADER.size or message[0] != MESSAGE_DATA:

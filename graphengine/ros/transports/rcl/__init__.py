@@ -35,11 +35,5 @@ def _open_embedded(options: JoinOptions) -> Transport:
     return DdsTransport(replace(options, because=""), announces=False)
 
 
-TRANSPORT = TransportKind(
-    "rclpy",
-    "ROS 2 programs through rclpy of an installed ROS 2",
-    _open,
-    auto=1,
-    missing=missing,
-    not_for_auto=_not_for_auto,
-)
+_HELP = "ROS 2 programs through rclpy of an installed ROS 2"
+TRANSPORT = TransportKind("rclpy", _HELP, _open, auto=1, missing=missing, not_for_auto=_not_for_auto)

@@ -21,6 +21,9 @@ from graphengine.ros.transports.calls import Calls
 from graphengine.ros.transports.ends import Remove
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd
 
+Later = Callable[[Callable[[], None]], object]
+"""Function that runs a function later, in the transport's thread."""
+
 _log = logging.getLogger(__name__)
 _warnings_lock = threading.Lock()
 _ATTEMPTS = 20
@@ -84,14 +87,7 @@ class RclServer(_RclService):
     kind = "service"
     peer = "client"
 
-    def __init__(
-        self,
-        name: str,
-        remove: Remove,
-        deliver: DeliverRequest,
-        node: Any,
-        later: Callable[[Callable[[], None]], object],
-    ) -> None:
+    def __init__(self, name: str, remove: Remove, deliver: DeliverRequest, node: Any, later: Later) -> None:
         super().__init__(name, remove, deliver, node)
         self._later = later
         self._begun = threading.Event()
