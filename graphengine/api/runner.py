@@ -19,6 +19,7 @@ from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.api.values import check_choice
 from graphengine.format import interrupts
+from graphengine.format.closing import Closing
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.stateful import Stateful
 from graphengine.messages.checked_encoder import CheckedEncoder
@@ -53,7 +54,7 @@ class AfterTick(Stateful):
         """Act if it is time; `frame` is the number of ticks since the start or since the last reset of the time."""
 
 
-class Runner:
+class Runner(Closing):
     """One session with its network and, if the options request them, its recorder and control channel.
 
     Args:
@@ -392,9 +393,3 @@ class Runner:
             self._closing.close()
         finally:
             self.lock.release()
-
-    def __enter__(self) -> Runner:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import AfterTick, Runner
 from graphengine.api.values import plain
+from graphengine.format.closing import Closing
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import Spec
 from graphengine.runtime.commands import COMMANDS
@@ -39,7 +40,7 @@ class Checkpoint:
         return f"<Checkpoint {self._inner.name}>"
 
 
-class SessionControl:
+class SessionControl(Closing):
     """Runs the ticks of a session, and resets, saves, restores, reloads and closes it."""
 
     def __init__(self, runner: Runner) -> None:
@@ -233,12 +234,6 @@ class SessionControl:
             RecordingError: the recording cannot be written.
         """
         self._runner.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         inner = self._runner.session
