@@ -35,10 +35,12 @@ class TouchedGeoms(Handle["SimulationCore"]):
     """
 
     sees_steps = True
-    kept = ("geoms",)
+    kept = ("_tick", "geoms")
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.geoms: dict[int, None] = {}
+        self._tick = -1
+        """Number of the tick before the one whose contacts `geoms` has."""
         super().__init__(simulation, prim)
         self._collect(self._data.ncon)
 
@@ -59,8 +61,8 @@ class TouchedGeoms(Handle["SimulationCore"]):
 
     def see_motion(self) -> None:
         """Add the geoms that touch the entity after a physics step."""
-        simulation = self._simulation
-        if simulation.steps % simulation.substeps == 1 % simulation.substeps:
+        if (tick := self._simulation.tick) != self._tick:  # it is increased after the last step of a tick
+            self._tick = tick
             self.geoms.clear()
         if count := self._data.ncon:
             self._collect(count)
