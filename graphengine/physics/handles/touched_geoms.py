@@ -40,7 +40,7 @@ class TouchedGeoms(Handle["SimulationCore"]):
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.geoms: dict[int, None] = {}
         self._tick = -1
-        """Number of the tick before the one whose contacts `geoms` has."""
+        """Value of `tick` of the simulation during the physics steps whose contacts `geoms` contains."""
         super().__init__(simulation, prim)
         self._collect(self._data.ncon)
 
@@ -49,9 +49,9 @@ class TouchedGeoms(Handle["SimulationCore"]):
         model, self._data = self._simulation.model, self._simulation.data
         self._is_own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
         self._views: dict[int, tuple[Any, Any]] = {}
-        """Views of MuJoCo's contacts, whose address is constant, for each number of contacts: pairs of geoms, distances (m)."""
+        """For each number of contacts, views of MuJoCo's contacts: pairs of geoms, distances (m). Their address is constant."""
         self._near: dict[bytes, list[tuple[int, int]]] = {}
-        """The contacts of the entity, for each sequence of pairs of geoms: index of the contact, and geom of the other body."""
+        """For each sequence of pairs, the contacts of the entity: index of the contact, and geom of the other body."""
         self.named: tuple[tuple[int, ...], tuple[str, ...]] = (), ()
         self.geoms.clear()
 
@@ -61,7 +61,7 @@ class TouchedGeoms(Handle["SimulationCore"]):
 
     def see_motion(self) -> None:
         """Add the geoms that touch the entity after a physics step."""
-        if (tick := self._simulation.tick) != self._tick:  # it is increased after the last step of a tick
+        if (tick := self._simulation.tick) != self._tick:  # `tick` increases after the last step of a tick
             self._tick = tick
             self.geoms.clear()
         if count := self._data.ncon:
