@@ -67,7 +67,7 @@ class Judging(AfterTick):
                 raise error
 
     def _generated(self) -> Callable[[float], Exception | None]:
-        """Return a function that judges all checks without an error. If a condition raises an error, it only returns the error."""
+        """Return a function that judges all checks without an error. If a condition raises an error, it returns the error."""
         code, lines = SamplingCode(time="time"), []
         for check in self.checks:
             if not check.error:
