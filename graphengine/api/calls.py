@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any
 
 from graphengine.api.runner import Runner
 from graphengine.api.topics import encoded, find_end
+from graphengine.format.closing import Closing
 from graphengine.format.errors import StateError, TransportError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
@@ -13,7 +14,7 @@ from graphengine.messages.goals import STATUS_NAMES, parts
 from graphengine.ros.action_caller import ActionCaller, GoalCall
 
 
-class ServiceCall:
+class ServiceCall(Closing):
     """A call of a service; the request is sent as soon as the service has a server. `Session.start_call` returns it.
 
     Attributes:
@@ -65,12 +66,6 @@ class ServiceCall:
         """Close the client; a response that arrives later is discarded. Safe to call twice."""
         self._client.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
 
 def call_service(runner: Runner, service: str, request: Any, timeout: float, type: str | None) -> Any:
     """Call a service, run ticks until the response arrives, and return it. The arguments are those of `Session.call`."""
@@ -83,7 +78,7 @@ def call_service(runner: Runner, service: str, request: Any, timeout: float, typ
             raise TransportError("\n".join([f"{first} within {timeout:g} s of simulation", *more])) from None
 
 
-class Goal:
+class Goal(Closing):
     """A goal of an action; it is sent as soon as the action has a server. `Session.send_goal` returns it.
 
     Attributes:
@@ -153,9 +148,3 @@ class Goal:
     def close(self) -> None:
         """Close the client; the goal continues. Safe to call twice."""
         self._caller.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

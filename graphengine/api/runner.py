@@ -20,6 +20,7 @@ from graphengine.api.port_channels import PortChannels
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.api.values import check_choice
 from graphengine.format import interrupts
+from graphengine.format.closing import Closing
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Runner:
+class Runner(Closing):
     """One session with its network and, if the options request them, its recorder and control channel.
 
     Args:
@@ -391,9 +392,3 @@ class Runner:
             self._closing.close()
         finally:
             self.lock.release()
-
-    def __enter__(self) -> Runner:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -11,6 +11,7 @@ from graphengine.api.after_tick import AfterTick
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
 from graphengine.api.values import plain
+from graphengine.format.closing import Closing
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import Spec
 from graphengine.runtime.commands import COMMANDS
@@ -40,7 +41,7 @@ class Checkpoint:
         return f"<Checkpoint {self._inner.name}>"
 
 
-class SessionControl:
+class SessionControl(Closing):
     """Runs the ticks of a session, and resets, saves, restores, reloads and closes it."""
 
     def __init__(self, runner: Runner) -> None:
@@ -234,12 +235,6 @@ class SessionControl:
             RecordingError: the recording cannot be written.
         """
         self._runner.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         inner = self._runner.session

@@ -20,6 +20,7 @@ from typing import Any
 
 from graphengine.control import runs
 from graphengine.control.lines import MAX_REQUEST, BadLineError, Lines
+from graphengine.format.closing import Closing
 from graphengine.format.errors import ControlError, GraphError
 from graphengine.format.runtime_folder import folder
 from graphengine.runtime.command_queue import CommandQueue
@@ -30,7 +31,7 @@ ENDING = 1.0
 """Maximum time to wait, when the channel closes, until a client has received its last response, s."""
 
 
-class Channel:
+class Channel(Closing):
     """Accepts clients on a socket, and executes their commands, until the channel is closed.
 
     Args:
@@ -161,12 +162,6 @@ class Channel:
                 connection.shutdown(socket.SHUT_RD)
         for thread in clients:
             thread.join(ENDING)
-
-    def __enter__(self) -> Channel:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _refuse(connection: socket.socket, why: str) -> None:

@@ -11,12 +11,13 @@ from typing import Any
 from graphengine.control import runs
 from graphengine.control.lines import MAX_ANSWER, BadLineError, Lines
 from graphengine.control.runs import Entry
+from graphengine.format.closing import Closing
 from graphengine.format.errors import ControlError, UsageError
 from graphengine.format.runtime_folder import folder
 from graphengine.format.wording import did_you_mean
 
 
-class Client:
+class Client(Closing):
     """A connection to a run.
 
     Args:
@@ -68,12 +69,6 @@ class Client:
     def close(self) -> None:
         """Close the connection; the run continues."""
         self._connection.close()
-
-    def __enter__(self) -> Client:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def find(meant: str = "", environment: Mapping[str, str] = os.environ) -> Entry:

@@ -174,7 +174,7 @@ class Scenario:
             raise CheckError([self._placed(finding, document) for finding in error.findings]) from None
 
     def _placed(self, finding: Finding, scene: Document) -> Finding:
-        """Return a finding about the joined scene with its place in the scenario if a mover of it is meant, else in the scene."""
+        """Return a finding with its place in the scenario if it is about a mover of the scenario, otherwise in the scene."""
         if finding.span is None or not (key := finding.span.source.keys.get(finding.span.line)):
             return finding
         location = key.partition("[")[0].split(".")

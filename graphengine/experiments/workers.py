@@ -59,7 +59,7 @@ class Worker:
         """Becomes ready to be read when a run has ended."""
         self._known: set[str] = set()
         self._programs: list[int] = []
-        """Programs that the process had started when it was last looked at; a process that is gone does not tell them."""
+        """Programs that the process was running at the last look; they can no longer be found when the process has ended."""
 
     @property
     def memory(self) -> int:

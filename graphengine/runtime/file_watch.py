@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
+from graphengine.format.closing import Closing
 from graphengine.format.files import Signature, signature
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.reloading import Reloader
@@ -19,7 +20,7 @@ PERIOD = 0.05
 """Minimum wall time between two checks of the files, s; two successive checks with the same change submit a reload."""
 
 
-class FileWatch:
+class FileWatch(Closing):
     """A thread that watches the files of a session, and the paths of missing files.
 
     The thread polls inodes, sizes and times instead of using notifications. So it detects editors that replace a file as well as
@@ -62,9 +63,3 @@ class FileWatch:
         """End the thread; safe to call twice."""
         self._ended.set()
         self._thread.join()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from graphengine.compiler.graph import Graph
+from graphengine.format.closing import Closing
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError, StateError, TransportError, UsageError
 from graphengine.runtime.graph_run import GraphRun
@@ -36,7 +37,7 @@ class SavedSession:
     play: tuple[SessionState, str, bool]
 
 
-class SessionCore(RunControl):
+class SessionCore(RunControl, Closing):
     """Changes the state of the simulation between two ticks; `RunControl` decides when ticks run.
 
     Not thread-safe: another thread may only call `interrupt`, and must submit all other calls to `queue`. Methods that run ticks
@@ -284,9 +285,3 @@ class SessionCore(RunControl):
             run.contexts.close()
         self.services.network.close()
         self.services.world.close()
-
-    def __enter__(self) -> SessionCore:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -37,7 +37,7 @@ def test_the_files_can_be_opened_and_replayed(tmp_path: Path, capsys: pytest.Cap
     assert main(["view", str(folder / "run.mcap"), "--html", str(tmp_path / "again.html")]) == 0
 
 
-def test_an_earlier_folder_of_the_case_is_replaced_and_removed_when_it_passes(tmp_path: Path) -> None:
+def test_an_earlier_folder_of_a_case_is_replaced_and_is_removed_when_the_case_passes(tmp_path: Path) -> None:
     keep(scenario_file(tmp_path, FAILS))
     (tmp_path / "kept/tried/9-old.txt").touch()
     keep(scenario_file(tmp_path, FAILS, scene="no_such_scene"))

@@ -41,7 +41,9 @@ def test_a_bag_is_judged_up_to_the_end_of_the_run_that_the_scenario_states(tmp_p
     assert (early.outcome, early.time) == ("passed", 3.5)
 
 
-def test_what_a_bag_cannot_answer_is_an_error_with_its_place_and_the_rest_is_judged(tmp_path: Path, bag: Path) -> None:
+def test_an_expectation_that_a_bag_cannot_answer_is_an_error_with_its_place_and_the_others_are_judged(
+    tmp_path: Path, bag: Path
+) -> None:
     path = scenario_file(tmp_path, f'{MET}  - always: tilt("dd100") < 0.1\n  - never: message("/odom").x > 1\n')
     result = judge_on_bag(scenario_of(path), bag)
     assert (result.outcome, [check.outcome for check in result.checks]) == ("error", ["passed", "error", "error"])
@@ -78,7 +80,7 @@ def test_graphrun_test_writes_the_same_junit(tmp_path: Path, bag: Path) -> None:
 
 
 @pytest.mark.parametrize("option", [("--results", "rows.jsonl"), ("--rerun", "3"), ("--record-failures", "kept")])
-def test_what_needs_a_simulation_is_refused(
+def test_options_that_need_a_simulation_are_refused_with_a_bag(
     bag: Path, option: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["test", "--bag", str(bag), *option]) == 4

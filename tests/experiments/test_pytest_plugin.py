@@ -61,7 +61,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Done:
     return Done(folder, process.returncode, output, {str(case.get("name")): case for case in cases})
 
 
-def test_exit_codes_are_those_of_pytest(done: Done, tmp_path: Path) -> None:
+def test_the_exit_codes_equal_the_exit_codes_of_pytest(done: Done, tmp_path: Path) -> None:
     texts = {"empty": "", "good": PASSES, "wrong": "expect: []\n"}
     for name, text in texts.items():
         (tmp_path / name).mkdir()

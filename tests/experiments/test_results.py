@@ -130,7 +130,7 @@ def test_only_one_process_writes_to_a_results_file(tmp_path: Path) -> None:
     ResultsFile(tmp_path / "rows.jsonl", resume=True).close()
 
 
-def test_a_digest_of_all_topics_covers_those_that_nobody_reads(tmp_path: Path) -> None:
+def test_a_digest_of_all_topics_covers_topics_without_subscribers(tmp_path: Path) -> None:
     scenario = write_scenario(tmp_path, [0], [PASSES])
     text = scenario.read_text(encoding="utf-8")
     scenario.write_text(text.replace("  - rate: {topic: /clock, at_least: 99, over: 0.1}\n", ""), encoding="utf-8")
@@ -142,14 +142,14 @@ def test_a_digest_of_all_topics_covers_those_that_nobody_reads(tmp_path: Path) -
     assert whole["verdicts"] == read["verdicts"]
 
 
-def test_a_file_of_something_else_is_named_with_its_line(tmp_path: Path) -> None:
+def test_a_line_that_is_not_a_row_is_reported_with_its_file_and_number(tmp_path: Path) -> None:
     path = tmp_path / "rows.jsonl"
     path.write_text('{"a": 1}\n')
     with pytest.raises(UsageError, match=r"rows.jsonl:1: not a row of `graphrun test --results`"):
         read_rows(path)
 
 
-def test_a_merged_file_has_each_run_once_and_prefers_what_was_judged() -> None:
+def test_a_merged_file_has_each_run_once_and_prefers_rows_without_an_error() -> None:
     row = {"file": "a", "case": "c", "seed": 0, "inputs": "", "versions": {}, "outcome": "failed"}
     error, other = row | {"outcome": "error"}, row | {"seed": 3}
     assert merged([[row, error], [other], [error]]) == [row, other]
@@ -163,7 +163,7 @@ def test_shards_share_all_items(total: int) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "3", "0/8", "9/8", "a/b", "-1/2", "1/0"])
-def test_what_is_no_shard_is_refused(text: str) -> None:
+def test_a_malformed_shard_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="expected NUMBER/TOTAL"):
         parse_shard(text)
 
@@ -183,7 +183,7 @@ def test_a_folder_named_show_is_not_lost(paths: list[str], reads: bool) -> None:
     assert reads_results(paths) == reads
 
 
-def test_rows_are_json_whatever_the_parameters_are(tmp_path: Path) -> None:
+def test_rows_are_json_for_all_types_of_parameters(tmp_path: Path) -> None:
     scenario = write_scenario(tmp_path, [0], [PASSES])
     scenario.write_text(scenario.read_text().replace("Script.harm: [0]", "Script.harm: [.inf]"))
     run(tmp_path, "--results", "rows.jsonl", code=1)

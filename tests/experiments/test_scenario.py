@@ -104,12 +104,14 @@ def test_a_mistake_is_a_finding_with_its_place(tmp_path: Path, text: str, found:
         ("do: [push: {entity: dd101, impulse: [1, 0, 0]}]\n", "4: no entity 'dd101'"),
     ],
 )
-def test_what_only_a_run_can_find_is_an_error_with_its_place(tmp_path: Path, text: str, reason: str) -> None:
+def test_a_mistake_that_only_a_run_can_find_is_an_error_with_its_place(tmp_path: Path, text: str, reason: str) -> None:
     result = result_of(scenario_file(tmp_path, text))
     assert (result.outcome, reason in result.report()) == ("error", True), result.report()
 
 
-def test_steps_go_on_after_all_is_met_and_a_run_of_steps_alone_waits_for_its_publications(tmp_path: Path) -> None:
+def test_steps_continue_after_all_expectations_passed_and_a_run_without_expectations_waits_for_its_publications(
+    tmp_path: Path,
+) -> None:
     met_early = "do: [wait: 1s]\nexpect:\n  - within: 10s\n    reach: time > 0.2\n"
     result = result_of(scenario_file(tmp_path, met_early))
     assert result.outcome == "passed"
@@ -140,7 +142,7 @@ def test_looking_for_a_package_imports_nothing(tmp_path: Path, capsys: pytest.Ca
     assert "Zen" not in capsys.readouterr().out
 
 
-def test_what_is_not_installed_is_skipped(tmp_path: Path) -> None:
+def test_a_scenario_that_requires_a_missing_package_is_skipped(tmp_path: Path) -> None:
     result = result_of(scenario_file(tmp_path, "requires: [numpy, sh, no_such_program]\n" + EXPECTED))
     assert (result.outcome, result.reason) == ("skipped", "requires no_such_program")
 

@@ -119,7 +119,7 @@ def test_each_scenario_has_a_twin_in_python() -> None:
 
 
 @pytest.mark.parametrize("command", [("-m", "graphengine.cli", "test"), ("-m", "pytest")], ids=["graphrun", "pytest"])
-def test_both_commands_run_them(command: tuple[str, ...]) -> None:
+def test_pytest_and_graphrun_test_run_the_shipped_scenarios(command: tuple[str, ...]) -> None:
     done = subprocess.run(
         [sys.executable, *command, str(FOLDER), "-k", "stops or 0.6"],
         capture_output=True,

@@ -18,7 +18,7 @@ def passes(path: Path) -> float:
     return result.time
 
 
-def test_the_run_ends_with_the_last_step_if_nothing_is_expected(tmp_path: Path) -> None:
+def test_a_run_without_expectations_ends_with_the_last_step(tmp_path: Path) -> None:
     assert passes(scenario_file(tmp_path, "do: [wait: 0.5s, wait: 250ms]\n")) == pytest.approx(0.75, abs=1 / 60)
 
 

@@ -100,7 +100,7 @@ class Judging(AfterTick):
                 raise error
 
     def _generated(self) -> Callable[[float], Exception | None]:
-        """Return a function that judges all checks without an error; it changes nothing and returns the error if one occurs."""
+        """Return a function that judges all checks without an error. If a condition raises an error, it returns the error."""
         code, lines = SamplingCode(time="time"), []
         for check in self.checks:
             if not check.error:
@@ -115,9 +115,11 @@ def _judgement(code: SamplingCode, check: Judged) -> list[str]:
     if check.inverted:
         samples = [[f"not {holds}", f"-{margin}"] for holds, margin in samples]
     name, arguments = code.constant(check), ", ".join(part for sample in samples for part in sample)
-    decided = " and ".join([*present, f"{name}.operator.add(time, {arguments})"])
-    lines = [f"if {decided}: {name}.note_values()"]
+    lines = [
+        f"operator = {name}.operator",
+        f"if {samples[0][0]} and {samples[0][1]} >= operator.quiet: operator.now = time",
+        f"elif operator.add(time, {arguments}): {name}.note_values()",
+    ]
     if check.trace is not None:
-        traced = f"{name}.trace.append((time, float(min([{', '.join(margin for _, margin in samples)}]))))"
-        lines.insert(0, f"if {' and '.join(present)}: {traced}" if present else traced)
-    return lines
+        lines.append(f"{name}.trace.append((time, float(min([{', '.join(margin for _, margin in samples)}]))))")
+    return [f"if {' and '.join(present)}:", *(f" {line}" for line in lines)] if present else lines

@@ -56,12 +56,14 @@ class Operator(ABC):
     Attributes:
         begin: time from which durations are measured, s.
         outcome: `open` until the samples decide it.
+        now: time of the newest sample, s.
+        quiet: margin from which a sample that holds changes only `now`; NaN if there is no such margin.
     """
 
     def __init__(self) -> None:
-        self.begin = 0.0
+        self.begin = self.now = 0.0
+        self.quiet = math.nan
         self.outcome: Outcome = "open"
-        self._now = 0.0
         self._decided: float | None = None
         self._robustness = self._time = math.nan
 
@@ -85,16 +87,16 @@ class Operator(ABC):
     def _decide(self, met: bool) -> bool:
         if self.outcome != "open":
             return False
-        self.outcome, self._decided = "passed" if met else "failed", self._now
+        self.outcome, self._decided = "passed" if met else "failed", self.now
         return True
 
     def _lower(self, robustness: float) -> None:
         if not self._robustness <= robustness:
-            self._robustness, self._time = float(robustness), self._now
+            self._robustness, self._time = float(robustness), self.now
 
     def _raise(self, robustness: float) -> None:
         if not self._robustness >= robustness:
-            self._robustness, self._time = float(robustness), self._now
+            self._robustness, self._time = float(robustness), self.now
 
 
 class Always(Operator):
@@ -115,14 +117,13 @@ class Always(Operator):
 
     def add(self, time: float, holds: bool, margin: float) -> bool:
         """Judge a sample."""
-        self._now = time
+        self.now = time
         if not self._counts:
             self._robustness = math.nan  # discards the samples that do not count
             self._counts = time - self.begin >= self._after - TIME_ERROR
-        elif holds and margin >= self._robustness:
-            return False
         self._held = holds
         self._lower(margin)
+        self.quiet = self._robustness if self._counts else math.nan
         return self._counts and not holds and self._decide(False)
 
     def _is_met(self) -> bool:
@@ -144,7 +145,7 @@ class Within(Operator):
 
     def add(self, time: float, holds: bool, margin: float) -> bool:
         """Judge a sample."""
-        self._now = time
+        self.now = time
         if time - self.begin > self._seconds + TIME_ERROR:
             return self._decide(False)
         self._raise(margin)
@@ -166,7 +167,7 @@ class Until(Operator):
 
     def add(self, time: float, holds: bool, margin: float, reached: bool = False, second: float = -math.inf) -> bool:
         """Judge a sample of each condition; `reached` and `second` are the value and the margin of the second condition."""
-        self._now = time
+        self.now = time
         self._raise(min(second, self._before))
         if margin < self._before:
             self._before = float(margin)
@@ -192,7 +193,7 @@ class Holds(Operator):
 
     def add(self, time: float, holds: bool, margin: float) -> bool:
         """Judge a sample."""
-        self._now, elapsed = time, time - self.begin
+        self.now, elapsed = time, time - self.begin
         self._since = (elapsed if self._since is None else self._since) if holds else None
         length = 0.0 if self._since is None else elapsed - self._since
         self._raise(length - self._seconds)
@@ -221,7 +222,7 @@ class Count(Operator):
         """Judge a sample."""
         if holds and not self._held:
             self._number += 1
-        self._now, self._held = time, holds
+        self.now, self._held = time, holds
         low, high = self._limits
         self._robustness, self._time = min(self._number - low, high - self._number), time
         if self._number > high:

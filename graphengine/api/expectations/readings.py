@@ -86,7 +86,7 @@ def readings_of(session: Session) -> Readings:
         return Reading(partial(session._port_value, address), kind)
 
     def tracked(read: str, body: str, handle_of: Callable[[World], Callable[[Prim], Any]]) -> Shared:
-        """Return the result of a method of the handle of a body; the handle is found again after it was released."""
+        """Return the result of the method `read` of a body's handle. After the handle was released, it is looked up again."""
         find, call = session.body(body).find, methodcaller(read)
         handle = handle_of(world())(find())
 
@@ -108,7 +108,7 @@ def readings_of(session: Session) -> Readings:
         return f"point {numbers}", lambda: (numbers,)
 
     def record(value: Callable[[], Any], of: Shared, *names: str) -> Reading:
-        """Return the reading of a record, whose fields are the vectors in the shared value."""
+        """Return the reading of a record. Its fields are the vectors in the shared value `of`, in the order of `names`."""
         fields = {name: Reading(itemgetter(index), "vector", of=(of,)) for index, name in enumerate(names)}
         return Reading(value, "other", fields.get)
 

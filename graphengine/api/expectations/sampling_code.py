@@ -1,4 +1,4 @@
-"""Generates the functions that sample expressions; such a function evaluates each reading once.
+"""Generates functions that sample expressions. A generated function evaluates each reading once.
 
 Operands that consist of numbers become plain Python, after each of their parts is checked to be harmless. The `Guard` of
 `graphengine.sandbox.expressions` evaluates all other operands, such as texts.
@@ -26,7 +26,7 @@ _CONSTANTS = ("e", "inf", "nan", "pi", "tau")
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%"}
 _SIGNS = {ast.UAdd: "+", ast.USub: "-"}
 _ORDERS = {ast.Lt: ("<", 1), ast.LtE: ("<=", 1), ast.Gt: ("<", -1), ast.GtE: ("<=", -1)}
-"""For each operator, the operator that compares the smaller side with the larger one, and the order of the sides."""
+"""For each operator, an operator that compares the smaller side with the larger one, and the step of the sides in this order."""
 _OTHER: tuple[Kind, str] = "other", ""
 _LARGE = 1e15
 """Absolute value from which a constant is not written as text, because Python limits the length of integers as text."""
@@ -47,7 +47,7 @@ class SamplingCode:
     """The body of a generated function that samples expressions.
 
     Args:
-        parameters: the parameters of the function by the names of the shared values that they contain.
+        parameters: for each shared value that callers pass to the function, the name of the parameter.
     """
 
     def __init__(self, **parameters: str) -> None:

@@ -35,10 +35,12 @@ class TouchedGeoms(Handle["SimulationCore"]):
     """
 
     sees_steps = True
-    kept = ("geoms",)
+    kept = ("_tick", "geoms")
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.geoms: dict[int, None] = {}
+        self._tick = -1
+        """Value of `tick` of the simulation during the physics steps whose contacts `geoms` contains."""
         super().__init__(simulation, prim)
         self._collect(self._data.ncon)
 
@@ -47,9 +49,9 @@ class TouchedGeoms(Handle["SimulationCore"]):
         model, self._data = self._simulation.model, self._simulation.data
         self._is_own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
         self._views: dict[int, tuple[Any, Any]] = {}
-        """Views of MuJoCo's contacts, whose address is constant, for each number of contacts: pairs of geoms, distances (m)."""
+        """For each number of contacts, views of MuJoCo's contacts: pairs of geoms, distances (m). Their address is constant."""
         self._near: dict[bytes, list[tuple[int, int]]] = {}
-        """The contacts of the entity, for each sequence of pairs of geoms: index of the contact, and geom of the other body."""
+        """For each sequence of pairs, the contacts of the entity: index of the contact, and geom of the other body."""
         self.named: tuple[tuple[int, ...], tuple[str, ...]] = (), ()
         self.geoms.clear()
 
@@ -59,8 +61,8 @@ class TouchedGeoms(Handle["SimulationCore"]):
 
     def see_motion(self) -> None:
         """Add the geoms that touch the entity after a physics step."""
-        simulation = self._simulation
-        if simulation.steps % simulation.substeps == 1 % simulation.substeps:
+        if (tick := self._simulation.tick) != self._tick:  # `tick` increases after the last step of a tick
+            self._tick = tick
             self.geoms.clear()
         if count := self._data.ncon:
             self._collect(count)

@@ -196,7 +196,7 @@ def test_a_condition_that_a_bag_cannot_evaluate_is_refused_at_once(drive: Path, 
     assert message in str(refused.value)
 
 
-def test_the_readings_of_a_session_are_those_of_topics_and_of_the_world() -> None:
+def test_a_session_has_the_readings_of_topics_and_of_the_world() -> None:
     with ge.load("dd100_flat").session() as sim:
         assert {*readings_of(sim)} == {"time", "message", "age", "rate", *WORLD}
 

@@ -58,7 +58,7 @@ def test_a_failed_expectation_ends_the_run_and_is_reported_with_its_values(sim: 
     assert report[-1].startswith("  velocity('dd100') = linear (0.2")
 
 
-def test_the_rate_and_latency_of_a_topic_are_those_of_the_lidar(sim: ge.Session) -> None:
+def test_the_rate_and_latency_of_a_scan_topic_match_the_lidar(sim: ge.Session) -> None:
     topic = "/dd100_0000/sim_lidar/scan"
     met = sim.expect(rate(topic, at_least=5.0))
     too_fast, fresh = sim.expect(rate(topic, at_least=100.0)), sim.expect(latency(topic, 0.001))
@@ -182,7 +182,7 @@ def test_a_body_is_a_robot_an_object_or_a_prim(sim: ge.Session) -> None:
 ODOM = "/dd100_0000/odom"
 
 
-def test_named_arguments_of_readings_are_those_of_the_function(sim: ge.Session) -> None:
+def test_readings_accept_the_named_arguments_of_their_functions(sim: ge.Session) -> None:
     free = sim.expect(never("contact('dd100', but='floor')"))
     fast = sim.expect(always(f"rate('{ODOM}', over=0.2) > 50"))
     sim.run(0.21)

@@ -73,7 +73,7 @@ def judged(operator: Operator, *signals: Signal) -> Verdict:
 
 
 @pytest.mark.parametrize("kind", [always, settles, within, until, holds])
-def test_the_verdict_and_the_robustness_are_those_of_rtamt(kind: Callable[[int, random.Random], Case]) -> None:
+def test_verdict_and_robustness_equal_the_results_of_rtamt(kind: Callable[[int, random.Random], Case]) -> None:
     draw = random.Random(kind.__name__)
     outcomes = set()
     for _ in range(SIGNALS):
