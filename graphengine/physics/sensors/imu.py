@@ -1,6 +1,6 @@
 """An inertial measurement unit (IMU). It measures mean values over the time since its last sample.
 
-So the integral of the samples gives the motion, a shock between two samples is not missed, and a contact that vibrates for one
+So the integral of the samples gives the motion, and a shock between two samples is not missed. A contact that vibrates for one
 physics step does not count as if it had lasted for the whole sample. Acceleration is the change of velocity per step in the world
 frame, rotated to the sensor's frame; a difference of velocities in the rotating frame would lack the centripetal part.
 """
