@@ -107,7 +107,7 @@ class Simulation(PicturedSimulation):
         return float(self.model.body(prim.body).mass[0])
 
     def placement(self, prim: Prim) -> PlacedBody | None:
-        """Return a handle that places the prim's body and holds this pose; None if the body cannot be moved alone."""
+        """Return a handle that places the prim's body at a pose and holds it there; None if the body cannot be moved alone."""
         return self.handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:

@@ -60,6 +60,8 @@ class SimulationCore(SimulationModel):
             PhysicsError: the state is no longer finite, or MuJoCo reported an error.
         """
         self.movers.walking = False
+        if self.movers:
+            self._refresh_movers()
         self.settled_after = settle_bodies(self.model, self.data, self.step)
         self.movers.walking, self.steps = True, 0
         self._refresh_movers()
@@ -133,7 +135,7 @@ class SimulationCore(SimulationModel):
             if self.surfaces:
                 self.surfaces.hold()
             if self.steps >= self.movers.due:
-                self.movers.hold(self.steps, self.seed)
+                self.movers.follow(self.steps, self.seed)
             mujoco.mj_step1(self.model, self.data)
             if self._directed.geoms:
                 self._directed.apply()

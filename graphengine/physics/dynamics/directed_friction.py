@@ -1,8 +1,8 @@
 """Friction that differs in two directions, for mecanum wheels, omni wheels and skidding tyres.
 
-MuJoCo has two friction coefficients per contact, along two tangents that it chooses itself. So after `mj_step1` has found the
-contacts, this module turns the tangents of a wheel's contacts to the direction that the wheel's material gives, and computes the
-contact constraints again. Simulating each roller as a body would be less exact (errors of 1 % instead of 0.1 %) and take ten
+MuJoCo has two friction coefficients per contact, along two tangents that it chooses itself. So this module acts after `mj_step1`
+has found the contacts. It turns the tangents of a wheel's contacts to the direction that the wheel's material gives, and computes
+the contact constraints again. Simulating each roller as a body would be less exact (errors of 1 % instead of 0.1 %) and take ten
 times as long.
 
 For materials with `steady_sliding`, it also corrects the load of sliding contacts. MuJoCo's contacts obey an associated law: a

@@ -71,5 +71,5 @@ def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
         f"the simulation diverged {at}: the motion of joint {model.joint(joint).name!r} of body {body!r} is without bounds\n"
         "raise physics.substeps, lower the drive's damping or stiffness, give it a max_acceleration, "
         "or give the joint an armature\n"
-        "where it was moved, spawned or pushed: put it clear of other bodies, push it less"
+        "if it was moved, spawned or pushed: place it clear of other bodies, or push it less"
     )

@@ -80,7 +80,7 @@ class CarriedPrim(CoreHandle):
 
 
 class PlacedBody(CoreHandle):
-    """A handle that places a prim and holds its body at this pose until the simulation is reset."""
+    """A handle that places a prim at a pose, and holds its body there until the simulation is reset."""
 
     def bind(self) -> None:
         """Do nothing: the simulation itself looks up the bodies that it holds."""

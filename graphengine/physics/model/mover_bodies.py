@@ -116,5 +116,8 @@ def _attach(spec: mujoco.MjSpec, sdf: Element, path: Path, library: Library) -> 
         movers.option = spec.option
         for body in movers.worldbody.bodies:
             body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
+            # Its turns do not change the velocity of a body whose centre of mass is its origin, not even by rounding.
+            body.explicitinertial, body.mass, body.inertia = True, 1.0, [1.0, 1.0, 1.0]
+            body.ipos, body.iquat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
         spec.attach(movers, frame=spec.worldbody.add_frame(), prefix="")
         spec.assets = library.assets

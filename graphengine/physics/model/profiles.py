@@ -70,7 +70,8 @@ class PartSpec(DeviceSections):
 class RigProfile(Spec):
     """Several devices, such as cameras and IMUs, in one housing."""
 
-    housing: Name = Field(description="Name of the prim that carries the devices of the rig.")
+    housing: Name
+    """Name of the prim that carries the devices of the rig."""
     parts: dict[Name, PartSpec]
     """Devices of the rig, as name: {position: [0, 0, 0], camera: {…}}."""
 
@@ -80,13 +81,12 @@ class ShapeSpec(Spec):
 
     shape: Literal["box", "cylinder"]
     """Shape of the part."""
-    size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
-        description="Length, width and height, m; a cylinder stands upright and is round."
-    )
-    position: Offsets = Field(
-        default=(0.0, 0.0, 0.0), description="Position of the shape's centre in the frame of the sensor's mount, m."
-    )
-    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(description="Red, green, blue; 0 to 1.")
+    size: Annotated[tuple[Length, Length, Length], Field(strict=False)]
+    """Length, width and height, m; a cylinder stands upright and is round."""
+    position: Offsets = (0.0, 0.0, 0.0)
+    """Position of the shape's centre in the frame of the sensor's mount, m."""
+    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)]
+    """Red, green, blue; 0 to 1."""
 
     @model_validator(mode="after")
     def _round(self) -> ShapeSpec:
@@ -111,9 +111,8 @@ class SensorProfile(DeviceProfile):
 
     rig: RigProfile | None = None
     """Several devices in one housing, instead of the section of a single device."""
-    appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = Field(
-        default=(), description="Appearance for cameras and for rays of other robots."
-    )
+    appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = ()
+    """Appearance for cameras and for rays of other robots."""
 
     @model_validator(mode="after")
     def _one_section(self) -> SensorProfile:

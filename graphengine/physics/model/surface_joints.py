@@ -19,9 +19,9 @@ JOINTS = [
     for kind in (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
     for axis in range(3)
 ]
-FLAT = [JOINTS[0], JOINTS[1], JOINTS[5]]
+_FLAT = [JOINTS[0], JOINTS[1], JOINTS[5]]
 """The joints of a mover that stays at one height: its position in the world, and its heading."""
-_RISING = [*FLAT, JOINTS[2]]
+_RISING = [*_FLAT, JOINTS[2]]
 """The joints of any other mover; the last one is its height."""
 
 
@@ -35,7 +35,7 @@ def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
     if joints:
         # The solver's tolerance is relative to the inertias in contact: it would stop too early for light bodies.
         spec.option.tolerance /= _FIRM
-    joints |= {name: (_RISING if route.rises else FLAT, _MOVER) for name, route in routes.items()}
+    joints |= {name: (_RISING if route.rises else _FLAT, _MOVER) for name, route in routes.items()}
     for parts in _fixed_together(spec, joints.keys()) if joints else ():
         for one, other in itertools.combinations(parts.values(), 2):
             for first, second in itertools.product(one, other):

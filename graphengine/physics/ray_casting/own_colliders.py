@@ -1,9 +1,10 @@
 """The colliders of a sensor's own robot, and the colliders that the sensor's rays pass through.
 
-The rays of a sensor with `sees_own_robot: false` pass through its whole robot. The rays of all other sensors hit the robot, but
-pass through the sensor's own link and housing, the links that its key `ignores` names, each collider in which they start, and
-each collider that they would hit nearer than the sensor's least distance. A link is one of the description: a fixed joint
-separates two links. Colliders include the visuals of links without colliders, because rays hit these too.
+The rays of a sensor with `sees_own_robot: false` pass through its whole robot. The rays of all other sensors hit the robot.
+However, they pass through the sensor's own link and housing, and through the links that the key `ignores` names. They also pass
+through each collider in which they start, and each collider nearer than the sensor's least distance. A link is one of the
+description: a fixed joint separates two links. Colliders include the visuals of links without colliders, because rays hit these
+too.
 """
 
 from __future__ import annotations

@@ -43,19 +43,22 @@ PixelCount = Annotated[int, Field(ge=1, le=LARGEST_PICTURE)]
 class CameraProfile(Profile):
     """The parameters of a pinhole camera with square pixels."""
 
-    size: Annotated[tuple[PixelCount, PixelCount], Field(strict=False)] = Field(description="Width and height, pixels.")
-    fov_deg: Pair = Field(description="Horizontal and vertical field of view, degrees; images use the horizontal one.")
-    clip: Pair = Field(default=(0.01, 100.0), description="Nearest and farthest distance seen, m.")
-    rate: Rate = Field(default=30.0, description="Images per second.")
-    latency: NotNegative = Field(
-        default=0.1, le=10.0, description="Time from capture to delivery, s; at least one tick."
-    )
-    depth: bool = Field(default=False, description="Whether the camera is a depth camera.")
-    colour_noise: NotNegative = Field(default=0.0, le=255, description="Standard deviation of colour noise, 0 to 255.")
-    depth_noise: Deviation = Field(
-        default=0.0,
-        description="Standard deviation of depth noise at 1 m, m; it grows with the square of the distance.",
-    )
+    size: Annotated[tuple[PixelCount, PixelCount], Field(strict=False)]
+    """Width and height, pixels."""
+    fov_deg: Pair
+    """Horizontal and vertical field of view, degrees; images use the horizontal one."""
+    clip: Pair = (0.01, 100.0)
+    """Nearest and farthest distance seen, m."""
+    rate: Rate = 30.0
+    """Images per second."""
+    latency: NotNegative = Field(default=0.1, le=10.0)
+    """Time from capture to delivery, s; at least one tick."""
+    depth: bool = False
+    """Whether the camera is a depth camera."""
+    colour_noise: NotNegative = Field(default=0.0, le=255)
+    """Standard deviation of colour noise, 0 to 255."""
+    depth_noise: Deviation = 0.0
+    """Standard deviation of depth noise at 1 m, m; it grows with the square of the distance."""
 
     @field_validator("fov_deg")
     @classmethod

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.contact import ContactReading, ContactSensor
@@ -20,12 +20,12 @@ from graphengine.physics.implementations import Profile, check_less, implements
 class ContactProfile(Profile):
     """The parameters of a contact sensor."""
 
-    threshold: NotNegative = Field(default=0.0, description="Force below which no contact is reported, N.")
-    limit: Positive = Field(default=100_000.0, description="Greatest force reported, N; a greater force is clamped.")
-    radius: NotNegative = Field(
-        default=0.0,
-        description="Radius around the sensor in which contacts count, m; with 0, all contacts of its body count.",
-    )
+    threshold: NotNegative = 0.0
+    """Force below which no contact is reported, N."""
+    limit: Positive = 100_000.0
+    """Greatest force reported, N; a greater force is clamped."""
+    radius: NotNegative = 0.0
+    """Radius around the sensor in which contacts count, m; with 0, all contacts of its body count."""
 
     @model_validator(mode="after")
     def _feels_something(self) -> ContactProfile:

@@ -21,17 +21,19 @@ from graphengine.physics.sensors.sampling import TickSampled
 class ForceTorqueProfile(Profile):
     """The parameters of a force-torque sensor. The torque is about the sensor's origin."""
 
-    rate: Rate = Field(default=60.0, description="Samples per second; at most one per tick.")
+    rate: Rate = 60.0
+    """Samples per second; at most one per tick."""
     measure_direction: Literal["child_to_parent", "parent_to_child"] = Field(
         default="child_to_parent",
         description="child_to_parent: the wrench that the sensor's link exerts on its parent link, for example the weight of a "
         "gripper; parent_to_child: the opposite one.",
     )
-    axes: Literal["sensor", "parent"] = Field(
-        default="sensor", description="Axes of force and torque: those of the sensor, or those of the parent link."
-    )
-    force_noise: Deviation = Field(default=0.0, description="Standard deviation of the noise of each force, N.")
-    torque_noise: Deviation = Field(default=0.0, description="Standard deviation of the noise of each torque, N m.")
+    axes: Literal["sensor", "parent"] = "sensor"
+    """Axes of force and torque: those of the sensor, or those of the parent link."""
+    force_noise: Deviation = 0.0
+    """Standard deviation of the noise of each force, N."""
+    torque_noise: Deviation = 0.0
+    """Standard deviation of the noise of each torque, N m."""
 
 
 @implements(ForceTorqueSensor, ForceTorqueProfile)

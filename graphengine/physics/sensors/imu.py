@@ -1,6 +1,6 @@
 """An inertial measurement unit (IMU). It measures mean values over the time since its last sample.
 
-So the integral of the samples gives the motion, a shock between two samples is not missed, and a contact that vibrates for one
+So the integral of the samples gives the motion, and a shock between two samples is not missed. A contact that vibrates for one
 physics step does not count as if it had lasted for the whole sample. Acceleration is the change of velocity per step in the world
 frame, rotated to the sensor's frame; a difference of velocities in the rotating frame would lack the centripetal part.
 """
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from graphengine.devices.imu import Imu, ImuSample
 from graphengine.devices.rotation import Quaternion, Vector3, unrotate
@@ -32,17 +31,16 @@ from graphengine.physics.sensors.sampling import Sampling
 class ImuProfile(Profile):
     """The parameters of an IMU: its rate, and its errors in SI units or in the units of data sheets."""
 
-    rate: Rate = Field(default=100.0, description="Samples per second.")
-    acceleration_noise: Deviation = Field(
-        default=0.0, description="Standard deviation of the white noise of acceleration, m/s2."
-    )
-    angular_velocity_noise: Deviation = Field(
-        default=0.0, description="Standard deviation of the white noise of angular velocity, rad/s."
-    )
-    acceleration_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Constant bias of acceleration, m/s2.")
-    angular_velocity_bias: Offsets = Field(
-        default=(0.0, 0.0, 0.0), description="Constant bias of angular velocity, rad/s."
-    )
+    rate: Rate = 100.0
+    """Samples per second."""
+    acceleration_noise: Deviation = 0.0
+    """Standard deviation of the white noise of acceleration, m/s2."""
+    angular_velocity_noise: Deviation = 0.0
+    """Standard deviation of the white noise of angular velocity, rad/s."""
+    acceleration_bias: Offsets = (0.0, 0.0, 0.0)
+    """Constant bias of acceleration, m/s2."""
+    angular_velocity_bias: Offsets = (0.0, 0.0, 0.0)
+    """Constant bias of angular velocity, rad/s."""
     accelerometer: AccelerometerErrors | None = None
     """Errors of the accelerometer in the units of data sheets."""
     gyroscope: GyroscopeErrors | None = None

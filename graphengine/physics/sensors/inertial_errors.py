@@ -31,15 +31,16 @@ _BLOCK = 512
 class AccelerometerErrors(Spec):
     """Errors of three accelerometers, in the units of data sheets; 1 µg is 9.80665e-6 m/s2. Errors that are not given are 0."""
 
-    noise_density_ug: Amount = Field(default=0.0, description="White noise, µg/√Hz.")
-    bias_instability_ug: Amount = Field(
-        default=0.0, description="Standard deviation of a bias that varies with bias_correlation_time, µg."
-    )
-    bias_correlation_time: Seconds = Field(default=100.0, description="Time constant of the varying bias, s.")
-    bias_walk_ug: Amount = Field(
-        default=0.0, description="Random walk of the bias: its standard deviation after an hour, µg/√h."
-    )
-    scale_error_percent: Percents = Field(default=(0.0, 0.0, 0.0), description="Scale factor error of x, y and z, %.")
+    noise_density_ug: Amount = 0.0
+    """White noise, µg/√Hz."""
+    bias_instability_ug: Amount = 0.0
+    """Standard deviation of a bias that varies with bias_correlation_time, µg."""
+    bias_correlation_time: Seconds = 100.0
+    """Time constant of the varying bias, s."""
+    bias_walk_ug: Amount = 0.0
+    """Random walk of the bias: its standard deviation after an hour, µg/√h."""
+    scale_error_percent: Percents = (0.0, 0.0, 0.0)
+    """Scale factor error of x, y and z, %."""
 
     def in_si(self) -> TriadErrors:
         """Return the errors in SI units."""
@@ -51,15 +52,16 @@ class AccelerometerErrors(Spec):
 class GyroscopeErrors(Spec):
     """Errors of three gyroscopes, in the units of data sheets. Errors that are not given are 0."""
 
-    noise_density_dps: Amount = Field(default=0.0, description="White noise, (deg/s)/√Hz.")
-    bias_instability_dph: Amount = Field(
-        default=0.0, description="Standard deviation of a bias that varies with bias_correlation_time, deg/h."
-    )
-    bias_correlation_time: Seconds = Field(default=100.0, description="Time constant of the varying bias, s.")
-    bias_walk_dph: Amount = Field(
-        default=0.0, description="Random walk of the bias: its standard deviation after an hour, (deg/h)/√h."
-    )
-    scale_error_percent: Percents = Field(default=(0.0, 0.0, 0.0), description="Scale factor error of x, y and z, %.")
+    noise_density_dps: Amount = 0.0
+    """White noise, (deg/s)/√Hz."""
+    bias_instability_dph: Amount = 0.0
+    """Standard deviation of a bias that varies with bias_correlation_time, deg/h."""
+    bias_correlation_time: Seconds = 100.0
+    """Time constant of the varying bias, s."""
+    bias_walk_dph: Amount = 0.0
+    """Random walk of the bias: its standard deviation after an hour, (deg/h)/√h."""
+    scale_error_percent: Percents = (0.0, 0.0, 0.0)
+    """Scale factor error of x, y and z, %."""
 
     def in_si(self) -> TriadErrors:
         """Return the errors in SI units."""

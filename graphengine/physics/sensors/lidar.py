@@ -58,10 +58,8 @@ class RingsSpec(Spec):
     """Elevation of the highest ring, degrees."""
     count: int | None = Field(default=None, ge=2, le=1024)
     """Number of rings."""
-    each_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=1024)] | None = Field(
-        default=None,
-        description="Angle of each ring above the sensor's xy plane, degrees; replaces first_deg, last_deg and count.",
-    )
+    each_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=1024)] | None = None
+    """Angle of each ring above the sensor's xy plane, degrees; replaces first_deg, last_deg and count."""
 
     @model_validator(mode="after")
     def _upwards(self) -> RingsSpec:
@@ -103,18 +101,20 @@ class LidarProfile(Profile):
 
     casts_rays = True
 
-    rate: Rate = Field(description="Sweeps per second.")
+    rate: Rate
+    """Sweeps per second."""
     beams: BeamsSpec
     """Beams of a ring, as {first_deg: -90, last_deg: 90, count: 181}."""
-    rings: RingsSpec | None = Field(
-        default=None, description="Rings of a 3D sensor; without this key, the sensor has one ring in its xy plane."
-    )
-    near: NotNegative = Field(description="Nearest distance reported, m.")
-    far: Positive = Field(le=1_000_000, description="Farthest distance reported, m.")
-    noise_std: Deviation = Field(default=0.0, description="Standard deviation of distance noise, m.")
-    resolution: NotNegative = Field(
-        default=0.0, description="Distances are rounded to multiples of this value, m; with 0, they are not rounded."
-    )
+    rings: RingsSpec | None = None
+    """Rings of a 3D sensor; without this key, the sensor has one ring in its xy plane."""
+    near: NotNegative
+    """Nearest distance reported, m."""
+    far: Positive = Field(le=1_000_000)
+    """Farthest distance reported, m."""
+    noise_std: Deviation = 0.0
+    """Standard deviation of distance noise, m."""
+    resolution: NotNegative = 0.0
+    """Distances are rounded to multiples of this value, m; with 0, they are not rounded."""
 
     @model_validator(mode="after")
     def _in_bounds(self) -> LidarProfile:

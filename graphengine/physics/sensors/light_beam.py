@@ -21,22 +21,18 @@ class LightBeamProfile(Profile):
 
     casts_rays = True
 
-    num_rays: int = Field(default=1, ge=1, le=10_000, description="Number of beams.")
-    curtain_length: NotNegative = Field(
-        default=0.0,
-        le=1000.0,
-        description="Length of a light curtain, m; of N beams, beam n (from 0) is at n / N of this length along curtain_axis.",
-    )
-    forward_axis: Vector = Field(default=(1.0, 0.0, 0.0), description="Direction of the beams in the sensor's frame.")
-    curtain_axis: Vector = Field(
-        default=(0.0, 0.0, 1.0), description="Direction along which beams are placed, in the sensor's frame."
-    )
-    min_range: NotNegative = Field(
-        default=0.4, description="Distance from a beam's origin at which the beam starts, m."
-    )
-    max_range: Positive = Field(
-        default=100.0, le=1_000_000, description="Distance from a beam's origin at which an unbroken beam ends, m."
-    )
+    num_rays: int = Field(default=1, ge=1, le=10_000)
+    """Number of beams."""
+    curtain_length: NotNegative = Field(default=0.0, le=1000.0)
+    """Length of a light curtain, m; of N beams, beam n (from 0) is at n / N of this length along curtain_axis."""
+    forward_axis: Vector = (1.0, 0.0, 0.0)
+    """Direction of the beams in the sensor's frame."""
+    curtain_axis: Vector = (0.0, 0.0, 1.0)
+    """Direction along which beams are placed, in the sensor's frame."""
+    min_range: NotNegative = 0.4
+    """Distance from a beam's origin at which the beam starts, m."""
+    max_range: Positive = Field(default=100.0, le=1_000_000)
+    """Distance from a beam's origin at which an unbroken beam ends, m."""
 
     @model_validator(mode="after")
     def _side_by_side(self) -> LightBeamProfile:

@@ -23,17 +23,18 @@ _NO_FIX = (math.nan, math.nan, math.nan)
 class NavSatProfile(Profile):
     """The parameters of a receiver for satellite navigation; the scene's `spherical_coordinates` give the place on Earth."""
 
-    rate: Rate = Field(default=5.0, description="Position fixes per second.")
-    horizontal_noise: Deviation = Field(default=0.0, description="Standard deviation of east and of north, m.")
-    vertical_noise: Deviation = Field(default=0.0, description="Standard deviation of the height, m.")
-    fix: Literal["fix", "sbas_fix", "gbas_fix"] = Field(
-        default="fix",
-        description="Status of messages: without augmentation, with that of satellites, or with that of the ground (RTK).",
-    )
-    dropout: float = Field(default=0.0, ge=0.0, le=1.0, description="Share of the time in which there is no fix.")
-    dropout_duration: float = Field(
-        default=1.0, ge=0.001, le=1e6, description="Duration of a stretch of time that is with or without a fix, s."
-    )
+    rate: Rate = 5.0
+    """Position fixes per second."""
+    horizontal_noise: Deviation = 0.0
+    """Standard deviation of east and of north, m."""
+    vertical_noise: Deviation = 0.0
+    """Standard deviation of the height, m."""
+    fix: Literal["fix", "sbas_fix", "gbas_fix"] = "fix"
+    """Status of messages: without augmentation, with that of satellites, or with that of the ground (RTK)."""
+    dropout: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Share of the time in which there is no fix."""
+    dropout_duration: float = Field(default=1.0, ge=0.001, le=1e6)
+    """Duration of a stretch of time that is with or without a fix, s."""
 
 
 @implements(NavSat, NavSatProfile)

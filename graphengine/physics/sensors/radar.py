@@ -32,14 +32,12 @@ _NEAREST = 1e-3
 class RadarProfile(LidarProfile):
     """The parameters of a radar: its rays, described by beams and rings as for a lidar, and its errors."""
 
-    velocity_std: Deviation = Field(default=0.0, description="Standard deviation of radial velocity noise, m/s.")
-    angle_std_deg: float = Field(
-        default=0.0, ge=0.0, le=45.0, description="Standard deviation of azimuth and elevation noise, degrees."
-    )
-    velocity_resolution: NotNegative = Field(
-        default=0.0,
-        description="Radial velocities are rounded to multiples of this value, m/s; with 0, they are not rounded.",
-    )
+    velocity_std: Deviation = 0.0
+    """Standard deviation of radial velocity noise, m/s."""
+    angle_std_deg: float = Field(default=0.0, ge=0.0, le=45.0)
+    """Standard deviation of azimuth and elevation noise, degrees."""
+    velocity_resolution: NotNegative = 0.0
+    """Radial velocities are rounded to multiples of this value, m/s; with 0, they are not rounded."""
 
     def facts(self) -> dict[str, Any]:
         """Return the values for the `facts` of a prim, with angles in rad."""

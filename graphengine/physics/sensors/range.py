@@ -27,19 +27,20 @@ class RangeProfile(Profile):
 
     radiation_type: Literal["ultrasound", "infrared"] = "ultrasound"
     """Kind of radiation that messages name."""
-    rate: Rate = Field(description="Measurements per second.")
-    field_of_view: float = Field(gt=0.0, le=math.pi, description="Angle from edge to edge of the cone, rad.")
-    rings: int = Field(
-        default=4, ge=1, le=32, description="Number of rings of rays around the axis; ring n has 6 n rays."
-    )
-    min_range: NotNegative = Field(description="Nearest distance measured, m; a closer object gives a reading of -inf.")
-    max_range: Positive = Field(
-        le=1_000_000, description="Farthest distance measured, m; without a hit, the reading is inf."
-    )
-    noise_std: Deviation = Field(default=0.0, description="Standard deviation of distance noise, m.")
-    resolution: NotNegative = Field(
-        default=0.0, description="Distances are rounded to multiples of this value, m; with 0, they are not rounded."
-    )
+    rate: Rate
+    """Measurements per second."""
+    field_of_view: float = Field(gt=0.0, le=math.pi)
+    """Angle from edge to edge of the cone, rad."""
+    rings: int = Field(default=4, ge=1, le=32)
+    """Number of rings of rays around the axis; ring n has 6 n rays."""
+    min_range: NotNegative
+    """Nearest distance measured, m; a closer object gives a reading of -inf."""
+    max_range: Positive = Field(le=1_000_000)
+    """Farthest distance measured, m; without a hit, the reading is inf."""
+    noise_std: Deviation = 0.0
+    """Standard deviation of distance noise, m."""
+    resolution: NotNegative = 0.0
+    """Distances are rounded to multiples of this value, m; with 0, they are not rounded."""
 
     @model_validator(mode="after")
     def _in_bounds(self) -> RangeProfile:

@@ -27,23 +27,18 @@ class RaycastProfile(Profile):
 
     casts_rays = True
 
-    ray_origins: _Rows = Field(
-        default=((0.0, 0.0, 0.0),),
-        description="Origin of each ray in the sensor's frame, m; a single origin applies to all rays.",
-    )
-    ray_directions: _Rows = Field(
-        default=((1.0, 0.0, 0.0),), description="Direction of each ray in the sensor's frame; any length except zero."
-    )
-    min_range: NotNegative = Field(default=0.4, description="Distance from a ray's origin at which the ray starts, m.")
-    max_range: Positive = Field(
-        default=100.0, le=1_000_000, description="Distance from a ray's origin at which the ray ends, m."
-    )
-    output_frame: Literal["SENSOR", "WORLD"] = Field(
-        default="SENSOR", description="Frame of hit positions and normals: the sensor's or the world frame."
-    )
-    report_hit_prim_paths: bool = Field(
-        default=False, description="Whether readings contain the paths of the prims hit."
-    )
+    ray_origins: _Rows = ((0.0, 0.0, 0.0),)
+    """Origin of each ray in the sensor's frame, m; a single origin applies to all rays."""
+    ray_directions: _Rows = ((1.0, 0.0, 0.0),)
+    """Direction of each ray in the sensor's frame; any length except zero."""
+    min_range: NotNegative = 0.4
+    """Distance from a ray's origin at which the ray starts, m."""
+    max_range: Positive = Field(default=100.0, le=1_000_000)
+    """Distance from a ray's origin at which the ray ends, m."""
+    output_frame: Literal["SENSOR", "WORLD"] = "SENSOR"
+    """Frame of hit positions and normals: the sensor's or the world frame."""
+    report_hit_prim_paths: bool = False
+    """Whether readings contain the paths of the prims hit."""
 
     @model_validator(mode="after")
     def _one_origin_a_ray(self) -> RaycastProfile:

@@ -30,30 +30,20 @@ _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 class SurfaceGripperProfile(Profile):
     """The parameters of a surface gripper, such as suction cups or magnets."""
 
-    points: Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_length=100)] = Field(
-        default=((0.0, 0.0, 0.0),),
-        description="Positions of the grip points in the gripper's frame, m; each point holds one body.",
-    )
-    forward_axis: Literal["X", "Y", "Z"] = Field(
-        default="X", description="Axis of the gripper's frame along which the gripper grips."
-    )
-    max_grip_distance: Positive = Field(
-        default=0.01, le=10.0, description="Largest distance from a point at which the gripper grips a body, m."
-    )
-    clearance_offset: NotNegative = Field(
-        default=0.0, description="Distance in front of a point at which its ray starts, m; less than max_grip_distance."
-    )
-    coaxial_force_limit: Positive | None = Field(
-        default=None,
-        description="Pulling force along the forward axis above which a point releases its body, N; default: no limit.",
-    )
-    shear_force_limit: Positive | None = Field(
-        default=None,
-        description="Force across the forward axis above which a point releases its body, N; default: no limit.",
-    )
-    retry_interval: NotNegative = Field(
-        default=0.0, description="Time for which a closing gripper tries to grip, s; with 0, it tries once."
-    )
+    points: Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_length=100)] = ((0.0, 0.0, 0.0),)
+    """Positions of the grip points in the gripper's frame, m; each point holds one body."""
+    forward_axis: Literal["X", "Y", "Z"] = "X"
+    """Axis of the gripper's frame along which the gripper grips."""
+    max_grip_distance: Positive = Field(default=0.01, le=10.0)
+    """Largest distance from a point at which the gripper grips a body, m."""
+    clearance_offset: NotNegative = 0.0
+    """Distance in front of a point at which its ray starts, m; less than max_grip_distance."""
+    coaxial_force_limit: Positive | None = None
+    """Pulling force along the forward axis above which a point releases its body, N; default: no limit."""
+    shear_force_limit: Positive | None = None
+    """Force across the forward axis above which a point releases its body, N; default: no limit."""
+    retry_interval: NotNegative = 0.0
+    """Time for which a closing gripper tries to grip, s; with 0, it tries once."""
 
     @model_validator(mode="after")
     def _reaches(self) -> SurfaceGripperProfile:

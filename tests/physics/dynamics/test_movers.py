@@ -123,6 +123,16 @@ def test_a_mover_passes_through_walls_and_pushes_crates(project: Project) -> Non
     assert place(simulation, "crate")[0] > 5.4
 
 
+def test_a_mover_keeps_to_its_route_against_a_body_that_cannot_give_way(project: Project) -> None:
+    cart = "cart: {shape: box, size: [1, 1, 1], path: [[0, 0], [4, 0]], speed: 1}"
+    joint = '<joint type="slide" axis="1 0 0" range="0 .001" limited="true"/>'
+    gate = f'<body name="gate" pos="2 0 .5">{joint}<geom type="box" size=".1 1 .5" mass="50"/></body>'
+    simulation = loaded(project, cart, gate).simulation
+    errors: list[float] = []
+    ticks(simulation, 270, lambda: errors.append(place(simulation, "cart")[0] - min(simulation.time, 4.0)))
+    assert np.abs(errors).max() < 1e-6
+
+
 def test_bodies_that_no_mover_touches_move_as_in_a_scene_without_movers(project: Project) -> None:
     crate = FREE.format("crate", "4 -3 0.5", ".2 .2 .2").replace(
         "<freejoint/>", '<freejoint/><geom size=".3" pos=".1 0 .2"/>'
@@ -214,6 +224,13 @@ def test_movers_stand_still_while_the_scene_settles(project: Project) -> None:
     assert place(world.simulation, "one") == pytest.approx((2.0, 0.0, 0.0, NORTH))
     ticks(world.simulation, 60)
     assert place(world.simulation, "one")[:2] == pytest.approx((2.0, 1.3))
+
+
+def test_a_mover_does_not_push_a_crate_while_the_scene_settles(project: Project) -> None:
+    cart = "cart: {shape: box, size: [1, 1, 1], path: [[0, 0], [9, 0]], speed: 2}"
+    simulation = loaded(project, cart, FREE.format("crate", "0.9 0 0.21", ".2 .2 .2"), more="settle: true\n").simulation
+    assert simulation.settled_after is not None
+    assert place(simulation, "crate")[:2] == pytest.approx((0.9, 0.0), abs=1e-6)
 
 
 def test_a_mover_walks_on_when_a_robot_is_added_or_time_is_reset(project: Project) -> None:
