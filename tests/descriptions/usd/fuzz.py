@@ -156,7 +156,7 @@ def judge(path: Path) -> str:
         quiet = os.open(os.devnull, os.O_WRONLY)
         os.dup2(quiet, 1)
         os.dup2(quiet, 2)
-        with os.fdopen(writable, "w") as stream:
+        with os.fdopen(writable, "w", closefd=False) as stream:
             confined(files)
             stream.write(encoded(PhysicsReading(files).run(path)))
             stream.flush()
