@@ -10,7 +10,14 @@ import numpy as np
 
 from graphengine.descriptions.usd.articulations import TreeJoint
 from graphengine.descriptions.usd.usd_links import UsdLinks
-from graphengine.descriptions.usd_model import PhysicsContents, StageCommand, StageDrive, StatedDrive, UsdModel
+from graphengine.descriptions.usd_model import (
+    PhysicsContents,
+    StageCommand,
+    StageDrive,
+    StageMaterial,
+    StatedDrive,
+    UsdModel,
+)
 from graphengine.devices.rotation import compose, relative, rotate, unrotate
 from graphengine.format.prim_paths import at_or_below, prim_name
 
@@ -94,7 +101,9 @@ def _materials(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> No
         if len(found) > 1:
             made.remarks.append((True, path, f"of its {len(found)} physics materials only {found[0]} is used"))
     for name, path in _unique(bound):
-        model.materials[name] = contents.materials[path], bound[path]
+        model.materials[name] = contents.materials[path], [link for link in bound[path] if link not in made.balls]
+    if made.balls:
+        model.materials["balls"] = StageMaterial(combine="min"), made.balls
 
 
 def _sensors(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:
