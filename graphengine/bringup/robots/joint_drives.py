@@ -60,11 +60,11 @@ def add_drives(
         decision = _decide(draft, joint, commands, wheels, drivetrain, carrying)
         decisions.setdefault(decision, []).append(joint)
         entry = draft.joints[joint.name]
-        stated = _own_gains(draft, joint, decision.kind)
-        drive = stated if stated is not None else _drive(joint, decision.kind, scrub, drivetrain)
+        gains_of_stage = _own_gains(draft, joint, decision.kind)
+        drive = gains_of_stage or _drive(joint, decision.kind, scrub, drivetrain)
         if drive is not None:
             entry.value["drive"] = drive
-        if stated is not None:
+        if gains_of_stage:
             own.add(joint.name)
         elif decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
