@@ -83,7 +83,7 @@ def test_a_field_is_plotted_over_a_whole_recording_and_a_click_goes_to_its_time(
         page.fill("#plot-add", "/dd100_0000/odom")
         page.press("#plot-add", "Enter")
         page.select_option(".key select", ".pose.pose.position.x")
-        until(page, "Number(document.querySelector('.key output').textContent) > 1.0")
+        until(page, "Number(document.querySelector('.key output')?.textContent) > 1.0")
         box = page.locator(".u-over").bounding_box()
         page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 20)
         until(page, "document.getElementById('place').textContent.startsWith('2.0')")

@@ -69,20 +69,20 @@ def test_joints_have_sliders_with_their_limits_and_keys_reach_the_nodes_that_rea
         limits = [float(slider.get_attribute(name)) for name in ("min", "max")]
         slide(page, "shoulder", 0.5)
         slide(page, "drill", 3.0)
-        until(page, "Math.abs(Number(document.querySelector('.joints output').textContent) - 0.5) < 0.01")
+        until(page, "Math.abs(Number(document.querySelector('.joints output')?.textContent) - 0.5) < 0.01")
 
         page.click("#wheel")  # there is nothing to drive
         page.keyboard.down("k")
         choose(page, "graph", "keys")
         page.click('[data-node="Key"]')
-        pressed = "document.querySelector('tr[data-port=\"Key.outputs:isPressed\"] .value').textContent"
+        pressed = "document.querySelector('tr[data-port=\"Key.outputs:isPressed\"] .value')?.textContent"
         until(page, f"{pressed} === 'true'")
         page.keyboard.up("k")
         until(page, f"{pressed} === 'false'")
 
         page.click("#log-tab")
-        until(page, "document.querySelector('.line.warning .text').textContent === 'the arm is ready'")
-        until(page, "Number(document.querySelector('.times').textContent.slice(2)) > 60")
+        until(page, "document.querySelector('.line.warning .text')?.textContent === 'the arm is ready'")
+        until(page, "Number(document.querySelector('.times')?.textContent.slice(2)) > 60")
         assert page.locator(".line.warning").count() == 1
         page.select_option("#log-level", "error")
         assert page.locator(".line:visible").count() == 0
@@ -174,7 +174,7 @@ def test_in_a_fleet_two_browsers_follow_different_robots(tmp_path: Path) -> None
         other = page.context.new_page()
         other.goto(f"{page.url.partition('#')[0]}#token={page.evaluate('() => sessionStorage.token')}&robot=dd100_0003")
         until(other, "document.getElementById('picked').textContent === 'dd100_0003'")
-        until(other, "document.querySelector('#tree .item.robot.selected .label').textContent === 'dd100_0003'")
+        until(other, "document.querySelector('#tree .item.robot.selected .label')?.textContent === 'dd100_0003'")
         choose(other, "robot", "dd100_0004")
         # A graph of another robot that is called like the selected one comes with the robot.
         choose(page, "robot", "dd100_0008")
@@ -190,7 +190,7 @@ def test_an_object_is_moved_to_numbers_values_are_copied_and_a_camera_is_seen_la
         page.context.grant_permissions(["clipboard-read", "clipboard-write"])
         page.locator("#tree .item.folder .label", has_text="objects").click()
         choose(page, "object", "box_01")
-        until(page, "document.querySelector('[data-number=x]').textContent !== ''")
+        until(page, "document.querySelector('[data-number=x]')?.textContent !== ''")
         page.fill(".move [name=x]", "1.5")
         page.fill(".move [name=y]", "-2")
         page.click(".move button")
@@ -199,7 +199,7 @@ def test_an_object_is_moved_to_numbers_values_are_copied_and_a_camera_is_seen_la
         page.fill(".move [name=y]", "-1")
         page.fill(".move [name=z]", "0.6")
         page.click(".move button")
-        until(page, "document.querySelector('[data-number=x]').textContent.startsWith('0.5')")
+        until(page, "document.querySelector('[data-number=x]')?.textContent.startsWith('0.5')")
         page.click("[data-number=y] button")
         copied = float(page.evaluate("() => navigator.clipboard.readText()"))
 
