@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 from graphengine.api.viewing import check_packages, make_floor
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.recording.player import RecordingPlayer
 from graphengine.runtime.command_queue import CommandQueue
 
 if TYPE_CHECKING:
-    from graphengine.view.feed import Feed
-    from graphengine.view.plot_values import PlotValues
+    from graphengine.view.feed import Feed, Plots
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 SLICE = 0.04
@@ -115,7 +115,7 @@ class Playback:
         if seconds := self._slice():
             self.player.build(seconds, interrupted)
 
-    def plot(self, plots: PlotValues, interrupted: Callable[[], bool] = lambda: False) -> None:
+    def plot(self, plots: Plots, interrupted: Callable[[], bool] = lambda: False) -> None:
         """Sample plotted values of further ticks in the background, as `build` replays them."""
         if seconds := self._slice():
             every = -(-self.player.length // MOST_POINTS)
@@ -134,7 +134,7 @@ class Playback:
         self._away = True
         return max(SLICE, WORTH * self._return)
 
-    def behind(self, plots: PlotValues) -> bool:
+    def behind(self, plots: Plots) -> bool:
         """Return whether replayed ticks remain of which plotted values are not sampled yet."""
         if plots.restarts != self._restarts:
             self._restarts, self._plotted = plots.restarts, 0
@@ -194,6 +194,7 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
         UsageError: the extra `view` is not installed.
     """
     check_packages()
+    from graphengine.api.plot_values import PlotValues
     from graphengine.view.feed import Feed
 
     def lost(text: str) -> None:
@@ -201,7 +202,8 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
 
     title, session = playback.player.recording.path.name, playback.player.session
     floor = functools.partial(make_floor, session)
-    return Feed(session, CommandQueue(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
+    plots, queue = PlotValues(session, DEFINITIONS, None), CommandQueue()
+    return Feed(session, queue, title, host, port, _NoDriver(), lost, make_floor=floor, plots=plots, playback=playback)
 
 
 def turn(playback: Playback, feed: Feed) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graphengine.api.topics import Publication, Subscription
 from graphengine.format.diagnostics import Finding
@@ -106,7 +106,11 @@ def open_page(
     if runner.feed is not None and not runner.feed.page.lost:
         return runner.feed
     check_packages()
+    from graphengine.api.plot_values import PlotValues
     from graphengine.view.feed import Feed
+
+    def listen(topic: str) -> Subscription[Any]:
+        return Subscription(runner, topic, None, keep=1)
 
     feed = Feed(
         runner.session,
@@ -117,7 +121,8 @@ def open_page(
         TwistPublisher(runner),
         functools.partial(runner.options.log, "warning", ""),
         make_floor=functools.partial(make_floor, runner.session),
-        listen=lambda topic: Subscription(runner, topic, None, keep=1),
+        plots=PlotValues(runner.session, runner.scene.definitions, listen),
+        listen=listen,
         findings=functools.partial(findings_of, runner.session),
         definitions=runner.scene.definitions,
         read_only=read_only,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +25,42 @@ from graphengine.view.live_graphs import NodeCosts, describe, summarize, values_
 from graphengine.view.live_robots import list_robots, states_of, with_joints
 from graphengine.view.live_topics import Listen, LiveTopics
 from graphengine.view.page_client import Page
-from graphengine.view.plot_values import PlotValues
 from graphengine.view.viewers import Driver, RecordingControls, Viewers
-from graphengine.view.wire import Ended, LiveScene, LiveState, LogMessages, PaneContent
+from graphengine.view.wire import Ended, LiveScene, LiveState, LogMessages, PaneContent, PlotSamples
 
 if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 PERIOD, PANE_PERIOD = 0.05, 0.25
 """Wall time between two frames, and between two updates of panes, s."""
+
+
+class Plots(Protocol):
+    """The values of expressions over time, which viewers plot."""
+
+    status: dict[str, Mapping[str, Any]]
+    """For each expression an error, or the parts that can be plotted instead of a value that is not a number."""
+    restarts: int
+    """Number of changes of the expressions; a recording is sampled again from its beginning after each change."""
+
+    def sampling(self) -> AbstractContextManager[None]:
+        """Return a context for the samples of a recording."""
+
+    @property
+    def wanted(self) -> bool:
+        """Whether viewers plot expressions."""
+
+    def want(self, texts: Collection[str]) -> None:
+        """Set the expressions to evaluate."""
+
+    def rebind(self) -> None:
+        """Look up ports and topics again."""
+
+    def sample(self, time: float) -> None:
+        """Evaluate all expressions after a tick; `time` is the time of the sample, s."""
+
+    def take(self) -> PlotSamples | None:
+        """Return the samples since the last call; None without samples."""
 
 
 class Feed:
@@ -47,6 +75,7 @@ class Feed:
         driver: publishes the drive commands of viewers.
         lost: called once, with a warning for the user, if the page cannot be served or its process ends before `close`.
         make_floor: makes the occupancy map of the scene.
+        plots: evaluates the expressions that viewers plot.
         listen: subscribes to a topic that a viewer selected; None if topics are not measured.
         findings: returns the findings in the scene's files; a string is a finding that is already rendered as text.
         definitions: message types.
@@ -67,6 +96,7 @@ class Feed:
         lost: Callable[[str], None],
         *,
         make_floor: Callable[[], FloorMap],
+        plots: Plots,
         listen: Listen | None = None,
         findings: Callable[[], Sequence[Finding | str]] = tuple,
         definitions: Definitions = DEFINITIONS,
@@ -91,7 +121,7 @@ class Feed:
         self._costs = NodeCosts()
         self._topics = LiveTopics(session, listen) if listen is not None else None
         self._problems = problems if problems is not None else NodeProblems(session.services.dropped)
-        self.plots = PlotValues(session, definitions, listen)
+        self.plots = plots
         """The values that viewers plot; in a recording, `Playback` samples them."""
         self._ticks = session.ticks
         self._plot_status: Mapping[str, Any] = {}

@@ -105,10 +105,10 @@ TESTED = {
         "tests/compiler/test_budget.py::test_all_graphs_of_a_scene_share_a_limit_of_nodes_wires_and_variables"
     ),
     "view.page_server.MAX_MESSAGE": ("tests/view/test_page_server.py::test_who_sends_anything_else_is_disconnected"),
-    "view.plot_values.MAX_EXPRESSION": "tests/view/test_plot_values.py::test_a_mistake_is_told_and_ends_nothing",
-    "view.plot_values.MAX_STEPS": "tests/view/test_plot_values.py::test_a_mistake_is_told_and_ends_nothing",
-    "view.plot_values.MAX_SAMPLES": "tests/view/test_plot_values.py::test_there_is_a_most_of_series_and_of_unsent_samples",
-    "view.plot_values.MAX_SERIES": "tests/view/test_plot_values.py::test_there_is_a_most_of_series_and_of_unsent_samples",
+    "api.plot_values.MAX_EXPRESSION": "tests/api/test_plot_values.py::test_a_mistake_is_told_and_ends_nothing",
+    "api.plot_values.MAX_STEPS": "tests/api/test_plot_values.py::test_a_mistake_is_told_and_ends_nothing",
+    "api.plot_values.MAX_SAMPLES": "tests/api/test_plot_values.py::test_there_is_a_most_of_series_and_of_unsent_samples",
+    "api.plot_values.MAX_SERIES": "tests/api/test_plot_values.py::test_there_is_a_most_of_series_and_of_unsent_samples",
     "view.kept_token.LONGEST_PAUSE": "tests/view/test_kept_token.py::test_a_file_that_cannot_be_trusted_is_replaced",
     "view.page_server.MAX_VIEWERS": "tests/view/test_page_server.py::test_there_are_no_more_viewers_than_allowed",
 }
@@ -155,7 +155,7 @@ BOUNDS_NO_INPUT = {
     "what a picture or the page shows": (
         "api.recording_view.LONGEST_SEEK",
         "api.recording_view.MOST_POINTS",
-        "view.plot_values.MOST_CHOICES",
+        "api.plot_values.MOST_CHOICES",
         "physics.views.views.FARTHEST",
         "physics.views.views.LARGEST",
         "view.scene.body_dragging.FARTHEST",

@@ -15,9 +15,9 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 
 import itertools
 
+from graphengine.api import plot_values
+from graphengine.api.plot_values import PlotValues
 from graphengine.api.topics import Subscription
-from graphengine.view import plot_values
-from graphengine.view.plot_values import PlotValues
 from tests.view.harness import Viewer, viewed
 
 RAMP = """graph: ramp
