@@ -181,6 +181,16 @@ class StageSensor:
 
 
 @dataclass(slots=True)
+class StageLight:
+    """A light; kinds are those of MuJoCo, and `ambient`. It shines along its -z axis."""
+
+    path: str
+    kind: str
+    pose: Pose
+    colour: Vector3
+
+
+@dataclass(slots=True)
 class PhysicsContents:
     """The physics of a stage.
 
@@ -192,6 +202,8 @@ class PhysicsContents:
         materials: physics materials by path.
         commands: controllers in the graphs of the stage.
         sensors: sensors.
+        lights: visible lights.
+        gravity: gravity of the first physics scene, m/s2.
         meshes: meshes in MuJoCo's MSH format, Base64.
         namespaces: values of `isaac:namespace` by path.
         names: values of `isaac:nameOverride` by path.
@@ -209,6 +221,8 @@ class PhysicsContents:
     materials: dict[str, StageMaterial] = field(default_factory=dict)
     commands: list[StageCommand] = field(default_factory=list)
     sensors: list[StageSensor] = field(default_factory=list)
+    lights: list[StageLight] = field(default_factory=list)
+    gravity: Vector3 | None = None
     meshes: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)

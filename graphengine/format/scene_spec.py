@@ -118,7 +118,7 @@ class SceneSpec(FileSpec):
     doc: str = ""
     """Description for readers of the file."""
     world: str
-    """MJCF or SDF file with the world: everything except the robots."""
+    """MJCF, SDF or USD file with the world: everything except the robots."""
     spherical_coordinates: EarthSpec | None = None
     """Place of the world on Earth, as {latitude_deg: 47.38, longitude_deg: 8.54}; overrides that of an SDF world."""
     physics: PhysicsSpec = PhysicsSpec()

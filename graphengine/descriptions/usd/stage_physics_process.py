@@ -18,6 +18,7 @@ from graphengine.descriptions.usd.stage_bodies import body_of, is_body, read_bod
 from graphengine.descriptions.usd.stage_commands import read_command
 from graphengine.descriptions.usd.stage_frames import StageFrames, UnusableError, given, text
 from graphengine.descriptions.usd.stage_joints import is_joint, read_joint
+from graphengine.descriptions.usd.stage_lights import read_gravity, read_light
 from graphengine.descriptions.usd.stage_materials import read_material
 from graphengine.descriptions.usd.stage_sensors import read_sensor
 from graphengine.descriptions.usd.stage_shapes import ShapeReader
@@ -120,6 +121,9 @@ class PhysicsReading:
                 contents.commands.append(command)
             if (sensor := read_sensor(prim, frames)) is not None:
                 contents.sensors.append(sensor)
+            if (light := read_light(prim, frames)) is not None:
+                contents.lights.append(light)
+            contents.gravity = contents.gravity or read_gravity(prim, frames)
             for name, texts in (("isaac:namespace", contents.namespaces), ("isaac:nameOverride", contents.names)):
                 if value := text(prim, name):
                     texts[path] = value

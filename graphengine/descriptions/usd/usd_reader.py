@@ -149,13 +149,18 @@ def chosen(contents: PhysicsContents, name: str, spans: PrimSpans, findings: Fin
     return robots[0]
 
 
+def meshes_of(contents: PhysicsContents) -> tuple[list[str], list[bytes]]:
+    """Return the names of the meshes of a stage, equal for equal meshes of any stages, and their contents in MSH."""
+    data = [base64.b64decode(mesh) for mesh in contents.meshes]
+    return [f"mesh_{hashlib.sha256(mesh).hexdigest()[:16]}.msh" for mesh in data], data
+
+
 def description_of(
     contents: PhysicsContents, tree: Articulation, path: Path, files: Files, findings: Findings
 ) -> RobotDescription | None:
     """Return the description of one articulation of a stage; None after an error, which is added to `findings`."""
     before, spans = len(findings.errors), PrimSpans(path)
-    data = [base64.b64decode(mesh) for mesh in contents.meshes]
-    names = [f"mesh_{hashlib.sha256(mesh).hexdigest()[:16]}.msh" for mesh in data]
+    names, data = meshes_of(contents)
     made = UsdLinks(contents, tree, spans, names)
     for link, body in zip(made.links, tree.bodies, strict=True):
         link.inertial = inertial_of(made.bodies[body], made.frames[body], data)

@@ -1,7 +1,8 @@
-"""Builds the world of a scene from MJCF or SDF, as an MjSpec to which robots are attached."""
+"""Builds the world of a scene from MJCF, SDF or USD, as an MjSpec to which robots are attached."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,7 +15,9 @@ from graphengine.descriptions.mjcf.mjcf_trial import is_plain
 from graphengine.descriptions.routes import PREFIX
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES, is_sdf
 from graphengine.descriptions.sdf.sdf_world import read_world
+from graphengine.descriptions.usd.usd_world import read_usd_world
 from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.files import USD
 from graphengine.format.scene_spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
@@ -33,15 +36,16 @@ def world_spec(
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
     """Return the world of a scene as an MjSpec with the options that all scenes have; None after an error.
 
-    The second value is the source location of each line of the parsed text. An SDF world is converted to MJCF.
+    The second value is the source location of each line of the parsed text. SDF and USD worlds are converted to MJCF.
 
     Args:
         scene: scene with the path of the world, the tick rate and the number of substeps.
         library: reads the world and the files to which it refers.
         findings: receives errors, and notes on overridden options.
     """
-    path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
-    root = _read(path, library, findings) if path is not None else None
+    path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"), stages=True)
+    robots = [use.at or f"/{name}" for name, use in scene.spec.robots.items()]
+    root = _read(path, library, findings, robots) if path is not None else None
     if root is None or path is None:
         return None, []
     if not (library.is_shipped(path) or is_plain(root, library.memory) or is_safe(root, library, "world")):
@@ -58,8 +62,18 @@ def world_spec(
     return spec, lines
 
 
-def _read(path: Path, library: Library, findings: Findings) -> Element | None:
-    """Return the root element of a world as MJCF, in which keys of the library replace file names; None after an error."""
+def _read(path: Path, library: Library, findings: Findings, robots: Collection[str]) -> Element | None:
+    """Return the root element of a world as MJCF, in which keys of the library replace file names; None after an error.
+
+    Args:
+        path: path of the world.
+        library: reads the world and the files to which it refers.
+        findings: receives errors, warnings and notes.
+        robots: prim paths of the robots of the scene.
+    """
+    if path.suffix in USD:
+        made = read_usd_world(path, library, robots)
+        return made if made is not None and library.weigh(made) else None
     if path.suffix not in SUFFIXES:
         return library.world(path)
     root = read(path, findings, "S102")
