@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -100,18 +101,15 @@ class StageJoint:
         bodies: paths of the two bodies; empty for the world.
         frames: pose in the world of the joint's frame on each body.
         axis: axis in the frame of the joint.
-        lower: lower limit, rad or m; None without one.
-        upper: upper limit, rad or m; None without one.
+        lower, upper: limits, rad or m; None without limits.
         enabled: whether the joint holds its bodies.
         in_tree: whether an articulation may contain the joint.
         drive: its drive; None without one.
         armature: inertia of the rotor, kg m2 or kg.
-        friction: friction of the joint, N m or N.
-        damping: viscous friction of the joint, N m s/rad or N s/m.
+        friction, damping: friction, N m or N, and viscous friction, N m s/rad or N s/m.
         max_velocity: maximum velocity, rad/s or m/s; None without one.
         leader: path of the joint that it mimics; empty without one.
-        multiplier: factor of the leader's position.
-        offset: its position when that of the leader is zero, rad or m.
+        multiplier, offset: its position is the leader's times `multiplier`, plus `offset` in rad or m.
         position: position by JointStateAPI, rad or m; None if it is not given.
         remarks: properties that are not simulated.
     """
@@ -166,15 +164,16 @@ class StageSensor:
         type: type of the device, as in robot files.
         body: path of the body that carries it; empty for the world.
         pose: pose in the world.
+        mount: path of the prim directly below the body that contains it.
         model: name of the sensor's configuration, such as `SICK_microScan3`; empty without one.
-        focal: focal length of a camera, in the units of `aperture`.
-        aperture: width and height of the picture of a camera; zeros for other sensors.
+        focal, aperture: focal length of a camera, and width and height of its picture, in the same unit.
     """
 
     path: str
     type: str
     body: str
     pose: Pose
+    mount: str
     model: str = ""
     focal: float = 0.0
     aperture: tuple[float, float] = (0.0, 0.0)
@@ -205,8 +204,8 @@ class PhysicsContents:
         lights: visible lights.
         gravity: gravity of the first physics scene, m/s2.
         meshes: meshes in MuJoCo's MSH format, Base64.
-        namespaces: values of `isaac:namespace` by path.
-        names: values of `isaac:nameOverride` by path.
+        namespaces, names: values of `isaac:namespace` and of `isaac:nameOverride` by path.
+        textured: path of a prim whose colour is a picture; empty without one.
         assumed: units and axes that the stage does not state, as they are assumed.
         left_out: pairs (path, reason) of the parts that could not be read.
         failure: reason why nothing was read; empty if the stage was read.
@@ -226,6 +225,7 @@ class PhysicsContents:
     meshes: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
+    textured: str = ""
     assumed: list[str] = field(default_factory=list)
     left_out: list[tuple[str, str]] = field(default_factory=list)
     failure: str = ""
@@ -242,6 +242,8 @@ class PhysicsContents:
         fit = fit and all(len(shape.sizes) == _SIZES.get(shape.kind, 0) for shape in shapes)
         fit = fit and all(0 <= shape.mesh < len(self.meshes) for shape in shapes if shape.kind == "mesh")
         fit = fit and all(shape.material in self.materials for shape in shapes if shape.material)
+        for mesh in self.meshes:
+            base64.b64decode(mesh, validate=True)
         if not (fit and all(map(math.isfinite, _numbers(self)))):
             raise ValueError(self)
 

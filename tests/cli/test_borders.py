@@ -38,11 +38,20 @@ MESH = XACRO.replace("${2 + 3}", "5").replace(
 SCENE = "scene: test\nworld: world.xml\nrobots:\n"
 SCENE += "  a: {{use: {0}, position: [0, 0, 0.1]}}\n  b: {{use: {0}, position: [2, 0, 1]}}\n"
 
+ROBOT = """#usda 1.0
+(
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+def Cube "box" (apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisionAPI"]) {
+}
+"""
 COMMANDS = {
     "script": ["import", "script.py", "-o", "out", "--force"],
     "stage": ["import", "stage.usda", "-o", "out", "--force"],
     "trusted script": ["import", "script.py", "-o", "out", "--force", "--trust"],
     "trusted stage": ["import", "stage.usda", "-o", "out", "--force", "--trust"],
+    "robot": ["check", "robot.yaml"],
     "xacro": ["check", "xacro.yaml"],
     "mesh": ["check", "mesh.yaml"],
 }
@@ -56,7 +65,7 @@ for name, command in json.loads(sys.argv[1]).items():
     told[name] = code, out.getvalue() + error.getvalue()
 print(json.dumps(told))
 """
-ROWS = {"script": ["script"], "stage": ["stage"], "xacro": ["xacro"], "mesh": ["mesh"]}
+ROWS = {"script": ["script"], "stage": ["stage"], "robot of a stage": ["robot"], "xacro": ["xacro"], "mesh": ["mesh"]}
 ROWS["script or stage with `--trust`"] = ["trusted script", "trusted stage"]
 COLUMNS = {"both": [], "no Landlock": ["Landlock"], "no seccomp": ["seccomp"], "neither": ["Landlock", "seccomp"]}
 CELLS = {"runs": 0, "refused, G401": 0, "runs, W206": 1, "runs, one W206": 1}
@@ -67,7 +76,7 @@ def table() -> dict[str, dict[str, tuple[str, int]]]:
     """By column and command: what the manual says happens, and the exit code."""
     lines = (shipped() / "docs" / "how" / "security.md").read_text(encoding="utf-8").splitlines()
     start = next(number for number, line in enumerate(lines) if line.startswith("| | both |"))
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[start : start + 7]]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[start : start + 8]]
     found: dict[str, dict[str, tuple[str, int]]] = {name: {} for name in rows[0][1:]}
     for head, *cells in rows[2:]:
         for column, cell in zip(rows[0][1:], cells, strict=True):
@@ -80,6 +89,7 @@ def table() -> dict[str, dict[str, tuple[str, int]]]:
 def files(tmp_path: Path) -> Path:
     project = Project(tmp_path).write("script.py", SCRIPT).write("stage.usda", STAGE)
     project.write("cart.urdf.xacro", XACRO).write("cart.urdf", MESH).write("body.dae", collada(instance()).decode())
+    project.write("robot.usda", ROBOT).write("robot.yaml", SCENE.format("robot.usda"))
     project.write("xacro.yaml", SCENE.format("cart.urdf.xacro")).write("mesh.yaml", SCENE.format("cart.urdf"))
     (tmp_path / "out").mkdir()
     return tmp_path

@@ -10,10 +10,10 @@ import pytest
 
 from graphengine.compiler.registry import default_registry
 from graphengine.descriptions.usd import usd_reader
-from graphengine.descriptions.usd_model import PhysicsContents
 from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.descriptions.usd.stage_physics_process import PhysicsReading
 from graphengine.descriptions.usd.usd_reader import read_usd
+from graphengine.descriptions.usd_model import PhysicsContents
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.files import Files
 from graphengine.isaac import graph_file

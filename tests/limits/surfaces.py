@@ -104,7 +104,7 @@ def _(remarks: int) -> bool:
 
 @limit("cli.import_urdf.LONGEST_WAIT")
 def _(seconds: float, folder: Path) -> bool:
-    lists: dict[str, Any] = {key: [] for key in ("allow", "package_path", "arguments", "macro", "without")}
+    lists: dict[str, Any] = {key: [] for key in ("allow", "assets", "package_path", "arguments", "macro", "without")}
     given = argparse.Namespace(**lists, file=folder, topic=None, node=None, timeout=seconds)
     return accepts(lambda: check_source(given), UsageError)
 

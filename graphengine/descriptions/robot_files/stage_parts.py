@@ -89,7 +89,9 @@ def _sensor(draft: Draft, name: str, sensor: StageSensor) -> None:
     if problem:
         draft.lose(f"sensor {printable(sensor.path)}: {problem}", span)
         return
-    value: SensorKeys = {"type": sensor.type, "parent": in_path(sensor.body), "profile": profile}
+    value: SensorKeys = {"type": sensor.type, "parent": in_path(sensor.body)}
+    if profile:
+        value["profile"] = profile
     position, orientation = sensor.pose
     if any(position):
         value["position"] = [rounded(part) for part in position]
@@ -119,7 +121,7 @@ def _profile(sensor: StageSensor) -> tuple[dict[str, Any] | str, str]:
             return "", f"a field of view of {wide:g} x {high:g} degrees; legal are 0.1 to 179"
         return {"size": [*_PIXELS], "fov_deg": [rounded(wide), rounded(high)], "rate": 30.0}, ""
     if sensor.type != "lidar":
-        return ({"rate": 100.0} if sensor.type == "imu" else sensor.type), ""
+        return ({"rate": 100.0} if sensor.type == "imu" else "contact" * (sensor.type == "contact")), ""
     plain = sensor.model.lower().replace("_", "").replace(" ", "")
     found = next((profile for part, profile in _LIDARS.items() if part in plain), "")
     return found, "" if found else f"no profile is known for its configuration {printable(sensor.model)!r}"

@@ -46,6 +46,14 @@ def colour_of(prim: Usd.Prim) -> Colour | None:
     return _colour(display[0], 1.0) if display is not None and len(display) else None
 
 
+def has_texture(prim: Usd.Prim) -> bool:
+    """Return whether the colour of a prim's material comes from a picture."""
+    material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    shader = _surface(material) if material else None
+    source = shader.GetInput("diffuseColor") if shader is not None else None
+    return bool(source and source.HasConnectedSource()) or bool(shader and shader.GetInput("diffuse_texture"))
+
+
 def _surface(material: UsdShade.Material) -> UsdShade.Shader | None:
     sources = (material.ComputeSurfaceSource(context)[0] for context in ("", "mdl"))
     return next((source for source in sources if source), None)

@@ -85,24 +85,18 @@ class PhysicsReading:
         frames = StageFrames(stage)
         self.contents.assumed = frames.assumed
         shapes = ShapeReader(frames, self.contents)
-        prims = []
-        for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
-            prims.append(prim)
-            if len(prims) > MAX_PRIMS:
+        every = stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract))
+        for number, prim in enumerate(every, 1):
+            if number > MAX_PRIMS:
                 raise UnreadableError(f"it has more than {MAX_PRIMS} prims")
-        for prim in prims:  # bodies first, because joints and shapes name them
-            if is_body(prim):
-                self._one(prim, frames, None)
-        for prim in prims:
             self._one(prim, frames, shapes)
 
-    def _one(self, prim: Usd.Prim, frames: StageFrames, shapes: ShapeReader | None) -> None:
-        """Read one prim: its body if `shapes` is None, else everything else of it."""
+    def _one(self, prim: Usd.Prim, frames: StageFrames, shapes: ShapeReader) -> None:
+        """Read one prim; a body comes before the prims below it."""
         contents, path = self.contents, str(prim.GetPath())
         try:
-            if shapes is None:
+            if is_body(prim):
                 contents.bodies[path] = read_body(prim, frames)
-                return
             variants_of(prim, contents.choices)
             for shape in shapes.read(prim):
                 owner = contents.bodies.get(body_of(prim))

@@ -15,6 +15,8 @@ _TYPES = {
     "IsaacImuSensor": "imu",
     "IsaacContactSensor": "contact",
 }
+_REALSENSE = "RSD455"
+"""Name of the prim with the cameras of a RealSense D455, which are one sensor."""
 _MODELS = ("sensorModelConfig", "omni:sensor:modelName", "omni:sensor:Core:modelName")
 """Attributes with the name of a lidar's configuration."""
 
@@ -28,10 +30,16 @@ def read_sensor(prim: Usd.Prim, frames: StageFrames) -> StageSensor | None:
     kind = _TYPES.get(str(prim.GetTypeName()))
     if kind is None:
         return None
+    body, mount = body_of(prim), prim
+    while (above := mount.GetParent()) and str(above.GetPath()) != body and not above.IsPseudoRoot():
+        mount = above
+    if _REALSENSE in str(prim.GetPath()).split("/"):
+        path = str(mount.GetPath())
+        return StageSensor(path, "realsense_d455", body, frames.placed(mount).pose, path)
     model = next(filter(None, (text(prim, name) for name in _MODELS)), "")
     if kind == "camera" and (model or text(prim, "cameraSensorType") == "lidar"):
         kind = "lidar"
-    sensor = StageSensor(str(prim.GetPath()), kind, body_of(prim), frames.placed(prim).pose, model)
+    sensor = StageSensor(str(prim.GetPath()), kind, body, frames.placed(prim).pose, str(mount.GetPath()), model)
     if kind == "camera":
         sensor.focal = number(prim, "focalLength", 50.0)
         sensor.aperture = number(prim, "horizontalAperture", 20.955), number(prim, "verticalAperture", 15.2908)

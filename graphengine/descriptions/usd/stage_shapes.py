@@ -25,7 +25,7 @@ from graphengine.descriptions.usd.stage_frames import (
     text,
     vector,
 )
-from graphengine.descriptions.usd.stage_materials import Colour, colour_of, physics_material
+from graphengine.descriptions.usd.stage_materials import Colour, colour_of, has_texture, physics_material
 from graphengine.descriptions.usd_model import Kind, PhysicsContents, StageShape
 from graphengine.devices.rotation import IDENTITY, Vector3, compose
 
@@ -77,6 +77,7 @@ class ShapeReader:
             yield shape
         for faces, colour in _coloured(prim) if drawn else ():
             shape = StageShape(path, "mesh", [], colour=colour)
+            self.contents.textured = self.contents.textured or (path if has_texture(prim) else "")
             self._form(prim, shape, faces)
             yield shape
 

@@ -102,6 +102,9 @@ def read_physics(path: Path, files: Files, findings: Findings, choice: StageChoi
     if contents.assumed and contents.bodies:
         text = f"the stage does not state its units or axes; assumed, as in Isaac Sim: {', '.join(contents.assumed)}"
         findings.add("N103", text, spans.start, "state them in the layer that is opened")
+    if contents.textured:
+        text = "textures of the stage are not drawn; plain colours are"
+        findings.add("N103", text, spans.of(contents.textured), f"such as that of {contents.textured}")
     tell_left_out(contents.left_out, spans, findings, _ASSETS)
     return contents
 

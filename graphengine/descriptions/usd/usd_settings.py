@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, replace
 
@@ -97,9 +98,12 @@ def _materials(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> No
 
 
 def _sensors(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:
+    """Add the sensors of links; one that is alone below a prim of a link has the name of that prim, which graphs address."""
     ours = {sensor.path: sensor for sensor in contents.sensors if sensor.body in made.frames and sensor.body}
-    for name, path in _unique(ours):
-        sensor = ours[path]
+    mounts = Counter(sensor.mount for sensor in ours.values())
+    named = {sensor.mount if mounts[sensor.mount] == 1 else path: sensor for path, sensor in ours.items()}
+    for name, path in _unique(named):
+        sensor = named[path]
         pose = relative(made.frame_in_world(sensor.body), sensor.pose)
         model.sensors[name] = replace(sensor, body=made.names[sensor.body], pose=pose)
 

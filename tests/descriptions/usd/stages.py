@@ -198,6 +198,19 @@ def Xform "World" {
             token outputs:surface
         }
     }
+    def Material "Painted" {
+        token outputs:surface.connect = </World/Painted/Shader.outputs:surface>
+        def Shader "Shader" {
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor.connect = </World/Painted/Picture.outputs:rgb>
+            token outputs:surface
+        }
+        def Shader "Picture" {
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @wood.png@
+            float3 outputs:rgb
+        }
+    }
     def Xform "Cart" (prepend apiSchemas = ["PhysicsArticulationRootAPI"]) {
         string isaac:namespace = "cart_1"
         def Xform "base" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) {
@@ -227,6 +240,20 @@ def Xform "World" {
             }
             def OmniLidar "scanner" { string sensorModelConfig = "SICK_microScan3_ABAZ90ZA1P01" }
             def IsaacImuSensor "imu" { }
+            def Xform "sim_lidar" {
+                double3 xformOp:translate = (0, 0, 0.15)
+                uniform token[] xformOpOrder = ["xformOp:translate"]
+                def OmniLidar "Lidar" { string omni:sensor:modelName = "microScan3" }
+            }
+            def Xform "sim_camera" {
+                double3 xformOp:translate = (0.3, 0, 0.05)
+                uniform token[] xformOpOrder = ["xformOp:translate"]
+                def Xform "RSD455" {
+                    def Camera "Camera_OmniVision_OV9782_Color" { }
+                    def Camera "Camera_Pseudo_Depth" { }
+                    def IsaacImuSensor "Imu_Sensor" { }
+                }
+            }
             def IsaacContactSensor "bumper" { }
             def OmniLidar "unheard" { string sensorModelConfig = "Nobody_X1" }
         }
@@ -249,7 +276,13 @@ def Xform "World" {
                 uniform token axis = "X"
             }
         }
-        def Xform "thumb" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) { float physics:mass = 0.25 }
+        def Xform "thumb" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) {
+            float physics:mass = 0.25
+            def Sphere "nail" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+                double radius = 0.01
+                rel material:binding = </World/Painted>
+            }
+        }
         def Xform "stub" (prepend apiSchemas = ["PhysicsRigidBodyAPI"]) { }
         def Xform "ball" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"]) { float physics:mass = 0.1 }
         def PhysicsJoint "rail" (prepend apiSchemas = [

@@ -11,13 +11,19 @@ import pytest
 pytest.importorskip("pxr")
 
 from graphengine.bringup.robots.import_robot import Imported, Origin, import_robot
+from graphengine.descriptions.description_reader import with_robot_file
 from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.shapes import Box, Mesh, Sphere
+from graphengine.descriptions.usd import usd_reader
 from graphengine.descriptions.usd.usd_reader import read_usd
+from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from graphengine.physics.model.robot_prims import add_robot
+from tests.descriptions.files.forging import forged
 from tests.descriptions.usd import fuzz
 from tests.descriptions.usd.stages import StageWriter, workshop
+from tests.isaac.harness import kept_answers
 
 
 def described(path: Path) -> RobotDescription:
@@ -131,7 +137,25 @@ def test_sensors_have_the_profiles_of_their_names(cart: Imported) -> None:
     assert sensors["eye"]["position"] == [0.2, 0.0, 0.1]
     assert sensors["scanner"] == {"type": "lidar", "parent": "base", "profile": "microscan3_9m_20hz"}
     assert (sensors["imu"]["type"], sensors["bumper"]["type"]) == ("imu", "contact")
+    microscan = {"type": "lidar", "parent": "base", "profile": "microscan3_9m_20hz", "position": [0.0, 0.0, 0.15]}
+    assert sensors["sim_lidar"] == microscan
+    assert sensors["sim_camera"] == {"type": "realsense_d455", "parent": "base", "position": [0.3, 0.0, 0.05]}
     assert any("/World/Cart/base/unheard: no profile is known" in remark.text for remark in cart.draft.lost)
+
+
+def test_graphs_of_the_stage_find_its_prims(cart: Imported) -> None:
+    """A path may leave out the links between a robot and one of its links, which are siblings in the stage."""
+    stage = Stage()
+    bodies = {f"{cart.robot.name}/{link}" for link in cart.draft.description.links}
+    add_robot(stage, cart.robot, bodies, Findings())
+    for path in ("base", "finger", "base/sim_lidar/Lidar", "base/sim_camera/RSD455/Camera_Pseudo_Depth"):
+        assert stage.find(f"{cart.robot.prim_path}/{path}").name == path.rpartition("/")[2]
+
+
+def test_textures_are_told(tmp_path: Path) -> None:
+    path, findings = workshop(tmp_path / "robot.usda"), Findings()
+    read_usd(path, Files.of(path), findings)
+    assert any("textures of the stage are not drawn" in finding.message for finding in findings.items)
 
 
 def test_materials_gravity_and_names_are_carried_over(cart: Imported) -> None:
@@ -225,3 +249,18 @@ def test_units_that_are_not_stated_are_those_of_isaac_sim(tmp_path: Path) -> Non
     assert description is not None
     assert description.mass == pytest.approx(1000.0 * 0.5**3)
     assert "assumed, as in Isaac Sim: metersPerUnit: 1, upAxis: Z" in findings.items[-1].message
+
+
+def test_no_forged_answer_raises_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that was taken over by a stage may answer anything."""
+    real = kept_answers(usd_reader, monkeypatch)
+    path = workshop(tmp_path / "robot.usda")
+    described(path)
+    for answer in forged(real[0], 300):
+        monkeypatch.setattr(usd_reader, "ask", lambda *_, answer=answer: answer)
+        findings = Findings()
+        description = read_usd(path, Files.of(path), findings)
+        assert description is not None or findings.errors
+        assert all(finding.render() for finding in findings.items)
+        if description is not None and description.usd is not None:
+            with_robot_file(description, path, findings)
