@@ -292,6 +292,7 @@ class UsdModel:
         drives: what the stage says about the drives of moving joints, by name.
         materials: physics materials by name, each with the links whose colliders have it.
         sensors: sensors by name; instead of a body and a pose in the world, they have the name of a link and their pose there.
+        articulation_root: link that Isaac Sim takes for the root, because a disabled joint fastens the root to it; else empty.
         weightless: links on which gravity does not act.
         namespaces: values of `isaac:namespace`, by name of the link; `""` stands for the robot.
         overrides: values of `isaac:nameOverride`, by name of the link.
@@ -308,6 +309,7 @@ class UsdModel:
     drives: dict[str, StatedDrive] = field(default_factory=dict)
     materials: dict[str, tuple[StageMaterial, list[str]]] = field(default_factory=dict)
     sensors: dict[str, StageSensor] = field(default_factory=dict)
+    articulation_root: str = ""
     weightless: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     overrides: dict[str, str] = field(default_factory=dict)

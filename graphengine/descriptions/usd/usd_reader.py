@@ -136,6 +136,7 @@ def chosen(contents: PhysicsContents, name: str, spans: PrimSpans, findings: Fin
     found = articulations(contents)
     if name:
         named = [tree for tree in found if name in (tree.prim, tree.prim.rpartition("/")[2], tree.root)]
+        named = [tree for tree in named if tree.moves] or named
         if len(named) != 1:
             known = listing((printable(tree.prim) for tree in found if tree.moves), "its robots")
             findings.add("S103", f"the stage has no robot {printable(name)!r}", spans.start, known)

@@ -16,7 +16,6 @@ from graphengine.descriptions.files.contained_meshes import contained
 from graphengine.descriptions.files.mesh_file import MeshFile
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.robot_description import Inertial
 from graphengine.descriptions.shapes import Mesh, sizes_of
 from graphengine.descriptions.usd.articulations import Articulation, articulations
 from graphengine.descriptions.usd.prim_spans import PrimSpans
@@ -77,6 +76,11 @@ def _tell_robot(tree: Articulation, contents: PhysicsContents, span: Span, path:
     )
 
 
+def _stands(tree: Articulation, bodies: Iterable[StageBody]) -> bool:
+    """Return whether a group of bodies stands still."""
+    return not tree.root or tree.holder is not None or any(body.kinematic for body in bodies)
+
+
 @dataclass(slots=True)
 class _WorldWriter:
     """Converts the parts of one stage to MJCF."""
@@ -94,7 +98,7 @@ class _WorldWriter:
         """Return the root element of the MJCF world."""
         contents = self.contents
         self._names, self._data = meshes_of(contents)
-        groups = [tree for tree in articulations(contents) if not tree.moves]
+        groups = [tree for tree in articulations(contents) if not tree.moves and self._is_solid(tree)]
         body = Element("worldbody", {}, self.spans.start)
         lamps, ambient = self._lights()
         body.children += [*lamps, *self._cameras(), *self._geoms(contents.shapes, NOWHERE, fixed=True)]
@@ -104,10 +108,18 @@ class _WorldWriter:
         meshes = [mesh for made in self.pieces.assets.values() for mesh in made]
         return world_element(name, contents.gravity or _GRAVITY, meshes, body, ambient=ambient)
 
+    def _is_solid(self, tree: Articulation) -> bool:
+        """Return whether a group of bodies has colliders, or does not move; if not, it would fall forever."""
+        bodies = [self.contents.bodies[path] for path in tree.bodies if path]
+        solid = _stands(tree, bodies) or any(shape.solid for body in bodies for shape in body.shapes)
+        if not solid:
+            self._lose(tree.root, "without colliders it would fall forever")
+        return solid
+
     def _bodies(self, tree: Articulation, names: Mapping[str, str]) -> Iterator[Element]:
         """Yield the MJCF bodies of a group: fixed bodies, or one free body that carries the others."""
         bodies = [self.contents.bodies[path] for path in tree.bodies if path]
-        fixed = not tree.root or tree.holder is not None or any(body.kinematic for body in bodies)
+        fixed = _stands(tree, bodies)
         first: Element | None = None
         for body in bodies:
             parent = bodies[0].pose if first is not None else NOWHERE
@@ -129,10 +141,6 @@ class _WorldWriter:
         span = self.spans.of(body.path)
         made = [Element("freejoint", {}, span)] if free else []
         inertial = inertial_of(body, NOWHERE, self._data)
-        if inertial is None and free:
-            text = f"{printable(body.path)} has no mass and no colliders; it gets 1 kg"
-            self.library.findings.add("N103", text, span)
-            inertial = Inertial(1.0, None, NOWHERE)
         if inertial is not None:
             moments = inertial.moments or (inertial.mass * _ROUND,) * 3
             values = placed(inertial.pose, mass=written(inertial.mass), diaginertia=written(*moments[:3]))
