@@ -59,6 +59,7 @@ class Project:
 
     def __init__(self, folder: Path, name: str, world: str | None) -> None:
         self.folder = folder
+        self.extras = "view"
         self.name = name
         self.world = world
         self.robot_file = folder / "robots" / f"{name}.yaml"
@@ -82,6 +83,7 @@ class Project:
         x, y, z = (*world.stand, imported.lift) if imported.free else world.mount
         place = (x, y, z + imported.rise)
         self._add_ros2_control(imported)
+        self.extras = "usd,view" if imported.draft.description.usd is not None else "view"
         skills = skills_of(imported)
         self._add_scene(skills, world, place)
         self._add_rest(f"the robot of {imported.draft.source}", skills)
@@ -109,6 +111,7 @@ class Project:
         for name, text in graphs.items():
             self._add(self.folder / "graphs" / f"{name}.yaml", text)
         self._add(self.scene_file, scene)
+        self.extras = "usd,view"
         self._add_rest(f"the stage {source}", Skills())
 
     def write(self) -> None:
@@ -156,7 +159,7 @@ class Project:
         """
         self.holds = skills.holds
         self._add(self.folder / "test_robot.py", test_file(self.name, skills))
-        needed = requirement("view")
+        needed = requirement(self.extras)
         self._add(self.folder / "requirements.txt", f"{needed}\npytest\n")
         by_hand = [needed.removeprefix("# ")] if needed.startswith("#") else []
         moves = "Move the robot from another terminal while the simulation runs:"

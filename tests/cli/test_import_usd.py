@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +16,8 @@ pytest.importorskip("pxr")
 from pxr import Sdf, Usd, UsdPhysics, UsdUtils
 
 import graphengine as ge
+from graphengine.descriptions.usd import stage_files, usd_reader
+from graphengine.sandbox.confinement import ProcessError
 from tests.cli.harness import Graphrun
 from tests.descriptions.usd.stages import WHEELS, StageWriter, arm, rover
 
@@ -87,6 +90,7 @@ def test_a_project_holds_the_files_of_the_stage(folder: Path, graphrun: Graphrun
     )
     graphrun("new", "made", "--from", "cell.usda", code=0)
     assert robot_of("made/robots/made.yaml")["usd"] == "made_stage/cell.usda"
+    assert "[usd,view]" in Path("made/requirements.txt").read_text(encoding="utf-8")
     (folder / "parts/arm.usda").unlink()
     (folder / "cell.usda").unlink()
     graphrun("run", "made/made.yaml", "--transport", "memory", "--for", "0.1s", code=0)
@@ -163,6 +167,21 @@ def test_without_usd_core_one_line_says_what_to_install(
     Path("scene.yaml").write_text(SCENE.format("arm.usda"), encoding="utf-8")
     told = graphrun("check", "scene.yaml", code=1)
     assert "reading stages needs usd-core" in told.out + told.err
+
+
+def test_a_library_that_replaces_that_of_usd_core_is_named(
+    folder: Path, graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def crash(*_: object) -> bytes:
+        raise ProcessError("crashed: Aborted", b"")
+
+    arm(folder / "arm.usda")
+    rival = SimpleNamespace(name="usd-exchange")
+    monkeypatch.setattr(usd_reader, "ask", crash)
+    monkeypatch.setattr(stage_files, "distributions", lambda name: [rival] if name == rival.name else [])
+    told = graphrun("import-robot", "arm.usda", "-o", "a.yaml", code=1).err
+    assert "USD's reader crashed: Aborted" in told
+    assert "usd-exchange is installed, which replaces the library of usd-core: uninstall it" in told
 
 
 def test_a_stage_without_bodies_has_no_robot(folder: Path, graphrun: Graphrun) -> None:

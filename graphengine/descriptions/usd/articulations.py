@@ -10,6 +10,8 @@ from graphengine.descriptions.usd_model import PhysicsContents, StageBody, Stage
 from graphengine.format.prim_paths import at_or_below
 
 MOVING = ("revolute", "prismatic")
+_LIGHT = 0.01
+"""Fraction of the mass of all bodies up to which a body at a disabled joint stays where it is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,17 +76,18 @@ def articulations(contents: PhysicsContents) -> list[Articulation]:
 def _holds(joint: StageJoint, contents: PhysicsContents) -> bool:
     """Return whether a joint holds bodies together.
 
-    A disabled fixed joint to a body without mass and shapes counts too: it keeps the frame that the body stands for.
+    A disabled fixed joint to a light body counts too: users disable such joints of links that are only frames.
     """
     if joint.bodies[0] == joint.bodies[1]:
         return False
+    light = _LIGHT * sum(body.mass for body in contents.bodies.values())
     ends = [contents.bodies[path] for path in joint.bodies if path]
-    return joint.enabled or (joint.kind == "fixed" and any(map(is_frame, ends)))
+    return joint.enabled or (joint.kind == "fixed" and any(is_light(body, light) for body in ends))
 
 
-def is_frame(body: StageBody) -> bool:
-    """Return whether a body has neither a mass nor colliders."""
-    return not (body.mass or body.density or any(shape.solid for shape in body.shapes))
+def is_light(body: StageBody, light: float) -> bool:
+    """Return whether a body has at most a given mass, kg, also by its shapes."""
+    return body.mass <= light if body.mass else not (body.density or any(shape.solid for shape in body.shapes))
 
 
 def _connected(start: str, beside: dict[str, list[StageJoint]]) -> Iterator[str]:

@@ -162,7 +162,7 @@ class Layers:
             raise UnreadableError(f"the stage has more than {MAX_LAYERS} files")
         try:
             layer = Sdf.Layer.FindOrOpen(path)
-        except Tf.ErrorException as error:
+        except (Tf.ErrorException, UnicodeDecodeError) as error:
             raise UnreadableError(reason(error)) from None
         if layer is None:
             raise UnreadableError("USD cannot open it as a stage")
@@ -186,8 +186,10 @@ class Layers:
             raise UnreadableError(f"the files of the stage are together larger than {MAX_BYTES // 1_000_000} MB")
 
 
-def reason(error: Tf.ErrorException) -> str:
+def reason(error: Tf.ErrorException | UnicodeDecodeError) -> str:
     """Return the message of a USD error; if it has several, the first one that begins with a position in a file."""
+    if isinstance(error, UnicodeDecodeError):
+        return "it has text that is not UTF-8"
     texts = [str(one.commentary).strip("'\n") for one in error.args]
     return next((text for text in texts if PLACE.match(text)), texts[0] if texts else "USD gives no reason")
 

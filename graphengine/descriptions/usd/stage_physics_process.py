@@ -62,7 +62,7 @@ class PhysicsReading:
             self._read(stage)
         except (UnreadableError, UnusableError) as error:
             contents.failure = str(error)
-        except Tf.ErrorException as error:
+        except (Tf.ErrorException, UnicodeDecodeError) as error:
             contents.failure = reason(error)
         contents.used = [str(used) for used in self.files.used]
         return contents

@@ -23,6 +23,8 @@ _SIDEWAYS = math.radians(30.0)
 """Tilt of a root body above which its axes are not those of a robot, rad."""
 _NEAR = 1e-9
 """Distance of a joint from the origin of a body below which they are at the same place, m."""
+_CENTRED = 1e-3
+"""Distance of a ball's centre from its joint up to which it turns in place, m."""
 _STILL = 1e-3
 """Position of a joint in the stage below which it counts as zero, rad or m."""
 
@@ -42,6 +44,7 @@ class UsdLinks:
         names: names of links and joints, by path of their prim.
         frames: pose of each link's frame in the frame of its body, by path of the body.
         starts: position of each moving joint in the stage, rad or m, by name.
+        balls: names of links that are balls at spherical joints, which become fixed.
         remarks: remarks on parts that are changed or not simulated: whether lost, path of the prim, and text.
     """
 
@@ -55,6 +58,7 @@ class UsdLinks:
     names: dict[str, str] = field(default_factory=dict)
     frames: dict[str, Pose] = field(default_factory=dict)
     starts: dict[str, float] = field(default_factory=dict)
+    balls: list[str] = field(default_factory=list)
     remarks: list[tuple[bool, str, str]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -126,7 +130,11 @@ class UsdLinks:
         kind = joint.kind
         if kind not in (*MOVING, "fixed"):
             kind, zero = "fixed", relative(parent.pose, child.pose)
-            self.remarks.append((True, joint.path, f"{joint.kind} joints are not simulated; it becomes fixed"))
+            text = f"{joint.kind} joints are not simulated; it becomes fixed"
+            if joint.kind == "spherical" and _is_ball(child, joint.frames[not each.turned]):
+                self.balls.append(self.names[child.path])
+                text += ", and its ball slides without friction"
+            self.remarks.append((True, joint.path, text))
         if not joint.enabled:
             zero = relative(parent.pose, child.pose)
         pose = compose(compose(relative(self.frames[parent.path], NOWHERE), zero), self.frames[child.path])
@@ -188,6 +196,12 @@ def geometry_of(shape: StageShape, meshes: Sequence[str], span: Span) -> Geometr
             name = meshes[shape.mesh]
             return Mesh(name, (1.0, 1.0, 1.0), Element("mesh", {"filename": name}, span))
     return None
+
+
+def _is_ball(body: StageBody, joint: Pose) -> bool:
+    """Return whether all colliders of a body are spheres about a joint, as of a ball caster."""
+    solid = [shape for shape in body.shapes if shape.solid]
+    return bool(solid) and all(s.kind == "sphere" and math.dist(s.pose[0], joint[0]) < _CENTRED for s in solid)
 
 
 def named(paths: Iterable[str]) -> dict[str, str]:

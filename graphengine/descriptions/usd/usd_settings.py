@@ -8,9 +8,16 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from graphengine.descriptions.usd.articulations import TreeJoint, is_frame
+from graphengine.descriptions.usd.articulations import TreeJoint, is_light
 from graphengine.descriptions.usd.usd_links import UsdLinks
-from graphengine.descriptions.usd_model import PhysicsContents, StageCommand, StageDrive, StatedDrive, UsdModel
+from graphengine.descriptions.usd_model import (
+    PhysicsContents,
+    StageCommand,
+    StageDrive,
+    StageMaterial,
+    StatedDrive,
+    UsdModel,
+)
 from graphengine.devices.rotation import compose, relative, rotate, unrotate
 from graphengine.format.prim_paths import at_or_below, prim_name
 
@@ -47,7 +54,7 @@ def add_settings(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> 
 def _articulation_root(contents: PhysicsContents, made: UsdLinks) -> str:
     """Return the name of the first link that is more than a frame, below disabled joints; empty if it is the root itself."""
     root = made.tree.root
-    while root and is_frame(contents.bodies[root]):
+    while root and is_light(contents.bodies[root], 0.0):
         loose = [each.ends[1] for each in made.tree.joints if each.ends[0] == root and not each.joint.enabled]
         if len(loose) != 1:
             break
@@ -106,7 +113,9 @@ def _materials(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> No
         if len(found) > 1:
             made.remarks.append((True, path, f"of its {len(found)} physics materials only {found[0]} is used"))
     for name, path in _unique(bound):
-        model.materials[name] = contents.materials[path], bound[path]
+        model.materials[name] = contents.materials[path], [link for link in bound[path] if link not in made.balls]
+    if made.balls:
+        model.materials["balls"] = StageMaterial(combine="min"), made.balls
 
 
 def _sensors(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> None:

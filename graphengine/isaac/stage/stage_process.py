@@ -46,7 +46,7 @@ class StageReading:
             self._read_sources(stage)
         except UnreadableError as error:
             self.contents.failure = str(error)
-        except Tf.ErrorException as error:
+        except (Tf.ErrorException, UnicodeDecodeError) as error:
             self.contents.failure = reason(error)
         self.contents.used = [str(used) for used in self.files.used]
         return self.contents

@@ -156,7 +156,7 @@ def judge(path: Path) -> str:
         quiet = os.open(os.devnull, os.O_WRONLY)
         os.dup2(quiet, 1)
         os.dup2(quiet, 2)
-        with os.fdopen(writable, "w") as stream:
+        with os.fdopen(writable, "w", closefd=False) as stream:
             confined(files)
             stream.write(encoded(PhysicsReading(files).run(path)))
             stream.flush()
@@ -166,7 +166,9 @@ def judge(path: Path) -> str:
     if ended == signal.SIGALRM:  # a fork may inherit a lock of USD's library; the real process starts anew
         before = time.monotonic()
         usd_reader.read_usd(path, files, Findings())
-        return "! hangs" if time.monotonic() - before > PATIENCE else "read anew"
+        return (
+            "! hangs" if time.monotonic() - before > usd_reader.MAX_SECONDS + PATIENCE else "ended by the limit of time"
+        )
     if ended or not said:
         return f"crashed by signal {ended}"
     if said.startswith(b"TRACE"):

@@ -264,3 +264,18 @@ def test_no_forged_answer_raises_anything(tmp_path: Path, monkeypatch: pytest.Mo
         assert all(finding.render() for finding in findings.items)
         if description is not None and description.usd is not None:
             with_robot_file(description, path, findings)
+
+
+def test_a_ball_caster_slides_without_friction(tmp_path: Path) -> None:
+    """Its spherical joint becomes fixed, so the ball would drag."""
+    writer = StageWriter(tmp_path / "robot.usda")
+    writer.robot("/Robot")
+    writer.body("/Robot/base", (0.0, 0.0, 0.2), mass=5.0)
+    writer.body("/Robot/ball", (0.1, 0.0, 0.05), mass=0.1)
+    writer.shape("Sphere", "/Robot/ball/sphere", radius=0.05)
+    writer.joint("Spherical", "/Robot/socket", ("/Robot/base", "/Robot/ball"), at=(0.1, 0.0, -0.15))
+    writer.save()
+    found = imported(tmp_path / "robot.usda")
+    ball = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": ["ball"]}
+    assert keys(found)["materials"]["balls"] == ball
+    assert any("its ball slides without friction" in remark.text for remark in found.draft.lost)

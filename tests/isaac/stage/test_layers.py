@@ -165,3 +165,10 @@ def test_a_stage_that_cannot_be_opened_says_why(home: Path, name: str) -> None:
     with pytest.raises(UnreadableError):
         open_stage(home / name, Files.of(home / "stage.txt"))
     assert isinstance(StageReading(Files.of(home / "stage.txt")).run(home / name), StageContents)
+
+
+def test_text_that_is_not_utf_8_is_refused(home: Path) -> None:
+    (home / "stage.usda").write_bytes(b'#usda 1.0\ndef Xf\xc8rm "a" {\n}\n')
+    assert (
+        StageReading(Files.of(home / "stage.usda")).run(home / "stage.usda").failure == "it has text that is not UTF-8"
+    )
