@@ -28,7 +28,7 @@ from graphengine.ros.domain import Domain
 if TYPE_CHECKING:
     from graphengine.bringup.robots.import_robot import Imported, Origin
     from graphengine.descriptions.robot_description import RobotDescription
-    from graphengine.descriptions.usd.usd_reader import StageChoice
+    from graphengine.descriptions.usd.stage_files import StageChoice
 
 WAIT = 10.0
 """Default time to wait for a description from the network, s."""
@@ -278,8 +278,7 @@ def stage_choice(arguments: argparse.Namespace, path: Path) -> tuple[Files, Stag
     Raises:
         UsageError: an option does not apply to a stage, or usd-core is not installed.
     """
-    from graphengine.descriptions.usd.stage_files import needed
-    from graphengine.descriptions.usd.usd_reader import StageChoice
+    from graphengine.descriptions.usd.stage_files import StageChoice, needed
 
     if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
         raise UsageError(f"{given[0]}: {path} is a USD stage, which has no arguments, macros or packages")

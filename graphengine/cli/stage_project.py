@@ -23,7 +23,7 @@ from graphengine.format.yaml_text import flow, scalar
 if TYPE_CHECKING:
     from graphengine.bringup.robots.import_robot import Imported
     from graphengine.descriptions.usd.articulations import Articulation
-    from graphengine.descriptions.usd.usd_reader import StageChoice
+    from graphengine.descriptions.usd.stage_files import StageChoice
     from graphengine.descriptions.usd_model import PhysicsContents
     from graphengine.format.files import Files
     from graphengine.isaac.recorded_graph import RecordedGraph
@@ -75,7 +75,7 @@ def read_whole(arguments: argparse.Namespace, path: Path, findings: Findings) ->
 
     files, choice = import_urdf.stage_choice(arguments, path)
     contents = read_physics(path, files, findings, choice)
-    graphs = read_stage(path, files, default_registry(), findings) if contents is not None else None
+    graphs = read_stage(path, files, default_registry(), findings, choice=choice) if contents is not None else None
     if contents is None or graphs is None:
         return None
     trees = [tree for tree in articulations(contents) if tree.moves]
@@ -184,6 +184,8 @@ def _scene(
     yield "format: 1"
     yield f"scene: {scalar(name)}"
     yield f"world: {scalar(world)}"
+    if stage.world:
+        yield from (f"{key}: {flow(value)}" for key, value in stage.choice.keys().items() if key != "usd_robot")
     yield "physics: {tick_rate: 60, substeps: 4}"
     yield "settle: true    # let the robots come to rest before t = 0"
     yield "robots:" if stage.robots else "robots: {}"

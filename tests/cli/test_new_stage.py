@@ -105,6 +105,38 @@ def test_a_graph_that_cannot_run_is_left_out_of_the_scene_and_told(folder: Path,
     graphrun("check", "made/made.yaml", code=0)
 
 
+def test_a_hall_on_a_server_is_brought_by_a_mirror_and_a_variant_is_selected_for_all_parts(
+    folder: Path, graphrun: Graphrun
+) -> None:
+    writer = StageWriter(folder / "cell.usda")
+    cart(writer, "/World/cart")
+    room = writer.stage.DefinePrim("/World/hall", "Xform")
+    room.GetReferences().AddReference("https://assets.example/Isaac/hall.usda", "/Hall")
+    crates = writer.stage.DefinePrim("/World/load", "Xform").GetVariantSets().AddVariantSet("load")
+    for name in ("empty", "full"):
+        crates.AddVariant(name)
+        crates.SetVariantSelection(name)
+        with crates.GetVariantEditContext():
+            if name == "full":
+                writer.body("/World/load/crate", (2.0, 2.0, 0.2), mass=1.0)
+                writer.shape("Cube", "/World/load/crate/box", edges=(0.4, 0.4, 0.4))
+    crates.SetVariantSelection("empty")
+    writer.save()
+    (folder / "mirror").mkdir()
+    hall = StageWriter(folder / "mirror/hall.usda")
+    hall.shape("Plane", "/Hall/floor")
+    hall.save()
+    options = ("--assets", "mirror", "--variant", "load=full")
+    graphrun("new", "made", "--from", "cell.usda", *options, code=0)
+    scene = scene_of("made/made.yaml")
+    assert scene["world"].endswith("cell.usda")
+    assert scene["usd_variants"] == {"load": "full"}
+    with ge.load("made/made.yaml", allow=["mirror"]).session() as sim:
+        sim.run(0.5)
+        assert sim.body("crate").pose.position == pytest.approx((2.0, 2.0, 0.2), abs=0.002)
+        assert sim.robots["made"].pose.position[2] == pytest.approx(0.05, abs=0.002)
+
+
 def test_a_robot_alone_is_imported_as_before(folder: Path, graphrun: Graphrun) -> None:
     arm(folder / "arm.usda")
     graphrun("new", "made", "--from", "arm.usda", code=0)

@@ -19,9 +19,10 @@ from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.shapes import Mesh, sizes_of
 from graphengine.descriptions.usd.articulations import Articulation, articulations
 from graphengine.descriptions.usd.prim_spans import PrimSpans
+from graphengine.descriptions.usd.stage_files import StageChoice
 from graphengine.descriptions.usd.usd_links import geometry_of, named
 from graphengine.descriptions.usd.usd_masses import inertial_of
-from graphengine.descriptions.usd.usd_reader import StageChoice, meshes_of, read_physics
+from graphengine.descriptions.usd.usd_reader import meshes_of, read_physics
 from graphengine.descriptions.usd_model import PhysicsContents, StageBody, StageShape
 from graphengine.descriptions.worlds.mesh_pieces import MeshPieces
 from graphengine.descriptions.worlds.mjcf_elements import AMBIENT, placed, world_element, written
@@ -40,15 +41,16 @@ _BRIGHTNESS = 0.7
 """Brightness of all lights together, because those of a stage suit the exposure of a camera."""
 
 
-def read_usd_world(path: Path, library: Library, robots: Collection[str]) -> Element | None:
+def read_usd_world(path: Path, library: Library, robots: Collection[str], choice: StageChoice) -> Element | None:
     """Convert the world of a stage to MJCF; return its root element, or None after an error.
 
     Args:
         path: path of the stage.
         library: receives the meshes, and has the findings.
         robots: prim paths of the robots of the scene, which are not missing in the world.
+        choice: variants, and places of assets.
     """
-    contents = read_physics(path, library.files, library.findings, StageChoice())
+    contents = read_physics(path, library.files, library.findings, choice)
     if contents is None:
         return None
     spans = PrimSpans(path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from graphengine.descriptions.mjcf.mjcf_trial import is_plain
 from graphengine.descriptions.routes import PREFIX
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES, is_sdf
 from graphengine.descriptions.sdf.sdf_world import read_world
+from graphengine.descriptions.usd.stage_files import StageChoice
 from graphengine.descriptions.usd.usd_world import read_usd_world
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import USD
@@ -44,8 +44,7 @@ def world_spec(
         findings: receives errors, and notes on overridden options.
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"), stages=True)
-    robots = [use.at or f"/{name}" for name, use in scene.spec.robots.items()]
-    root = _read(path, library, findings, robots) if path is not None else None
+    root = _read(path, scene, library, findings) if path is not None else None
     if root is None or path is None:
         return None, []
     if not (library.is_shipped(path) or is_plain(root, library.memory) or is_safe(root, library, "world")):
@@ -62,17 +61,14 @@ def world_spec(
     return spec, lines
 
 
-def _read(path: Path, library: Library, findings: Findings, robots: Collection[str]) -> Element | None:
-    """Return the root element of a world as MJCF, in which keys of the library replace file names; None after an error.
-
-    Args:
-        path: path of the world.
-        library: reads the world and the files to which it refers.
-        findings: receives errors, warnings and notes.
-        robots: prim paths of the robots of the scene.
-    """
+def _read(path: Path, scene: Loaded[SceneSpec], library: Library, findings: Findings) -> Element | None:
+    """Return the root element of a world as MJCF, in which keys of the library replace file names; None after an error."""
     if path.suffix in USD:
-        made = read_usd_world(path, library, robots)
+        spec, folder = scene.spec, scene.folder
+        robots = [use.at or f"/{name}" for name, use in spec.robots.items()]
+        replaced = {url: str(folder / name) for url, name in spec.usd_replace.items()}
+        choice = StageChoice("", spec.usd_variants, replaced, [folder / name for name in spec.usd_assets])
+        made = read_usd_world(path, library, robots, choice)
         return made if made is not None and library.weigh(made) else None
     if path.suffix not in SUFFIXES:
         return library.world(path)
