@@ -27,6 +27,8 @@ from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
     from graphengine.bringup.robots.import_robot import Imported, Origin
+    from graphengine.descriptions.robot_description import RobotDescription
+    from graphengine.descriptions.usd.stage_files import StageChoice
 
 WAIT = 10.0
 """Default time to wait for a description from the network, s."""
@@ -259,11 +261,13 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     return Origin(source.element, packages, given_path, told, target, arguments.fixed_base, wrapper=source.wrapper)
 
 
-def _from_stage(arguments: argparse.Namespace, path: Path, target: Path, findings: Findings) -> Origin | None:
-    """Read a robot of a USD stage; return None after an error."""
-    from graphengine.bringup.robots.import_robot import Origin
-    from graphengine.descriptions.usd.stage_files import needed
-    from graphengine.descriptions.usd.usd_reader import StageChoice, read_usd
+def stage_choice(arguments: argparse.Namespace, path: Path) -> tuple[Files, StageChoice]:
+    """Return the files that a USD stage may read, and what the command line says to read of it.
+
+    Raises:
+        UsageError: an option does not apply to a stage, or usd-core is not installed.
+    """
+    from graphengine.descriptions.usd.stage_files import StageChoice, needed
 
     if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
         raise UsageError(f"{given[0]}: {path} is a USD stage, which has no arguments, macros or packages")
@@ -276,9 +280,15 @@ def _from_stage(arguments: argparse.Namespace, path: Path, target: Path, finding
         [folder.resolve() for folder in arguments.assets],
     )
     around = [*choice.mirrors, *(Path(file).parent for file in choice.replaced.values())]
-    description = read_usd(path, _files(path, arguments, around), findings, choice)
-    if description is None:
-        return None
+    return _files(path, arguments, around), choice
+
+
+def stage_origin(
+    arguments: argparse.Namespace, path: Path, target: Path, description: RobotDescription, choice: StageChoice
+) -> Origin:
+    """Return the origin of a robot of a stage whose description was read."""
+    from graphengine.bringup.robots.import_robot import Origin
+
     fixed, packages = arguments.fixed_base, description.packages
     return Origin(
         description.element,
@@ -290,7 +300,17 @@ def _from_stage(arguments: argparse.Namespace, path: Path, target: Path, finding
         model=path,
         stage=description,
         choice=choice.keys(),
+        position_drives=arguments.position_drives,
     )
+
+
+def _from_stage(arguments: argparse.Namespace, path: Path, target: Path, findings: Findings) -> Origin | None:
+    """Read a robot of a USD stage; return None after an error."""
+    from graphengine.descriptions.usd.usd_reader import read_usd
+
+    files, choice = stage_choice(arguments, path)
+    description = read_usd(path, files, findings, choice)
+    return stage_origin(arguments, path, target, description, choice) if description is not None else None
 
 
 def _pairs(texts: Sequence[str], form: str) -> dict[str, str]:

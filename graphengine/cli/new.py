@@ -8,13 +8,15 @@ import sys
 from pathlib import Path
 
 from graphengine.cli import import_urdf
-from graphengine.cli.common import clean
+from graphengine.cli.common import clean, print_findings
 from graphengine.cli.import_report import report
 from graphengine.cli.options import add_value
 from graphengine.cli.progress import progress
 from graphengine.cli.project import WORLDS, Project
+from graphengine.cli.stage_project import make, read_whole
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
+from graphengine.format.files import USD, near, require_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,6 +47,17 @@ def _from_description(arguments: argparse.Namespace, project: Project) -> int:
     from graphengine.cli.first_run import SECONDS, first_run
 
     findings = Findings()
+    if arguments.file and Path(near(arguments.file)).suffix in USD:
+        path = Path(near(arguments.file))
+        require_file(path)
+        stage = read_whole(arguments, path, findings)
+        if stage is None or findings.errors:
+            print_findings(findings, notes=False)
+            print(f"{project.folder} is not written", file=sys.stderr)
+            return 1
+        if stage.whole:
+            return make(arguments, project, stage, findings)
+        findings = Findings()
     imported = import_urdf.import_source(arguments, project.robot_file, findings, path=None, bundled=True)
     if imported is None:
         print(f"{project.folder} is not written", file=sys.stderr)

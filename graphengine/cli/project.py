@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -71,20 +72,47 @@ class Project:
         self._add(self.robot_file, filled(TEMPLATES / "dingo.txt", key=scalar(self.name)))
         self._contents[self.folder / "graphs" / DINGO_GRAPH.name] = (shipped() / DINGO_GRAPH).read_bytes()
         world = WORLDS[self.world or "flat"]
-        self._add_rest("a Clearpath Dingo-D", Skills(drives=True), world, (*world.stand, DINGO_LIFT))
+        skills = Skills(drives=True)
+        self._add_scene(skills, world, (*world.stand, DINGO_LIFT))
+        self._add_rest("a Clearpath Dingo-D", skills)
 
     def add_robot(self, imported: Imported) -> None:
         """Add an imported robot with its description, meshes and graphs, and the files around them, such as the scene."""
-        for path, text in imported.files.items():
-            self._add(path, text)
-        for path, source in imported.copies.items():
-            self._contents[path] = source.read_bytes()
+        self._add_files(imported)
         world = WORLDS[self.world or ("table" if is_arm(imported) else "flat")]
         x, y, z = (*world.stand, imported.lift) if imported.free else world.mount
         place = (x, y, z + imported.rise)
         self._add_ros2_control(imported)
         self.extras = "usd,view" if imported.draft.description.usd is not None else "view"
-        self._add_rest(f"the robot of {imported.draft.source}", skills_of(imported), world, place)
+        skills = skills_of(imported)
+        self._add_scene(skills, world, place)
+        self._add_rest(f"the robot of {imported.draft.source}", skills)
+
+    def add_stage(
+        self,
+        robots: Sequence[Imported],
+        scene: str,
+        graphs: Mapping[str, str],
+        copies: Mapping[Path, Path],
+        source: str,
+    ) -> None:
+        """Add the robots, graphs and scene of a USD stage, and the files around them.
+
+        Args:
+            robots: imported robots.
+            scene: text of the scene.
+            graphs: texts of the graph files by name.
+            copies: source of each file to copy, by destination.
+            source: path of the stage.
+        """
+        for imported in robots:
+            self._add_files(imported)
+        self._contents |= {path: origin.read_bytes() for path, origin in copies.items()}
+        for name, text in graphs.items():
+            self._add(self.folder / "graphs" / f"{name}.yaml", text)
+        self._add(self.scene_file, scene)
+        self.extras = "usd,view"
+        self._add_rest(f"the stage {source}", Skills())
 
     def write(self) -> None:
         """Write all files or none."""
@@ -109,18 +137,25 @@ class Project:
             text = filled(TEMPLATES / "ros2_control.txt", name=self.name, block=block, **topics)
             self._add(self.folder / ROS2_CONTROL, text)
 
-    def _add_rest(self, source: str, skills: Skills, world: WorldPlaces, place: Vector3) -> None:
-        """Add the scene, the test, the README and the requirements.
+    def _add_files(self, imported: Imported) -> None:
+        for path, text in imported.files.items():
+            self._add(path, text)
+        for path, source in imported.copies.items():
+            self._contents[path] = source.read_bytes()
+
+    def _add_scene(self, skills: Skills, world: WorldPlaces, place: Vector3) -> None:
+        """Add a scene with one robot, whose position (m) is `place`."""
+        position = {axis: f"{value:g}" for axis, value in zip("xyz", place, strict=True)}
+        names = {"name": self.name, "key": scalar(self.name), "world": world.file}
+        self._add(self.scene_file, filled(TEMPLATES / "scene.txt", {"stands": skills.stands}, **names, **position))
+
+    def _add_rest(self, source: str, skills: Skills) -> None:
+        """Add the test, the README and the requirements.
 
         Args:
             source: origin of the robot, with which the README begins.
             skills: skills of the robot, for the test and the README.
-            world: world of the scene.
-            place: position of the robot in the world, m.
         """
-        position = {axis: f"{value:g}" for axis, value in zip("xyz", place, strict=True)}
-        names = {"name": self.name, "key": scalar(self.name), "world": world.file}
-        self._add(self.scene_file, filled(TEMPLATES / "scene.txt", {"stands": skills.stands}, **names, **position))
         self.holds = skills.holds
         self._add(self.folder / "test_robot.py", test_file(self.name, skills))
         needed = requirement(self.extras)

@@ -20,7 +20,8 @@ from graphengine.descriptions.sdf.sdf_files import is_sdf
 from graphengine.descriptions.sdf.sdf_reader import read_sdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.usd.stage_files import SUFFIXES as USD_SUFFIXES
-from graphengine.descriptions.usd.usd_reader import StageChoice, read_usd
+from graphengine.descriptions.usd.stage_files import StageChoice
+from graphengine.descriptions.usd.usd_reader import read_usd
 from graphengine.descriptions.xacro import xacro
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document, Value

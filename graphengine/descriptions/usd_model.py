@@ -180,6 +180,16 @@ class StageSensor:
 
 
 @dataclass(slots=True)
+class StageLight:
+    """A light; kinds are those of MuJoCo, and `ambient`. It shines along its -z axis."""
+
+    path: str
+    kind: str
+    pose: Pose
+    colour: Vector3
+
+
+@dataclass(slots=True)
 class PhysicsContents:
     """The physics of a stage.
 
@@ -191,6 +201,8 @@ class PhysicsContents:
         materials: physics materials by path.
         commands: controllers in the graphs of the stage.
         sensors: sensors.
+        lights: visible lights.
+        gravity: gravity of the first physics scene, m/s2.
         meshes: meshes in MuJoCo's MSH format, Base64.
         namespaces, names: values of `isaac:namespace` and of `isaac:nameOverride` by path.
         textured: path of a prim whose colour is a picture; empty without one.
@@ -208,6 +220,8 @@ class PhysicsContents:
     materials: dict[str, StageMaterial] = field(default_factory=dict)
     commands: list[StageCommand] = field(default_factory=list)
     sensors: list[StageSensor] = field(default_factory=list)
+    lights: list[StageLight] = field(default_factory=list)
+    gravity: Vector3 | None = None
     meshes: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
@@ -278,6 +292,7 @@ class UsdModel:
         drives: what the stage says about the drives of moving joints, by name.
         materials: physics materials by name, each with the links whose colliders have it.
         sensors: sensors by name; instead of a body and a pose in the world, they have the name of a link and their pose there.
+        articulation_root: link that Isaac Sim takes for the root, because a disabled joint fastens the root to it; else empty.
         weightless: links on which gravity does not act.
         namespaces: values of `isaac:namespace`, by name of the link; `""` stands for the robot.
         overrides: values of `isaac:nameOverride`, by name of the link.
@@ -294,6 +309,7 @@ class UsdModel:
     drives: dict[str, StatedDrive] = field(default_factory=dict)
     materials: dict[str, tuple[StageMaterial, list[str]]] = field(default_factory=dict)
     sensors: dict[str, StageSensor] = field(default_factory=dict)
+    articulation_root: str = ""
     weightless: list[str] = field(default_factory=list)
     namespaces: dict[str, str] = field(default_factory=dict)
     overrides: dict[str, str] = field(default_factory=dict)

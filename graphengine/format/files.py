@@ -48,7 +48,7 @@ YAML = (".yaml", ".yml")
 INCLUDED = ("scenes", "graphs")
 """Folders with included files, in the order in which a name is looked up."""
 USD = (".usd", ".usda", ".usdc", ".usdz")
-STAGE = "USD stage, of which robots and ActionGraphs can be read, no worlds"
+STAGE = "USD stage, of which robots, worlds and ActionGraphs can be read"
 """Name of USD files in messages."""
 OTHERS = (
     ((".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".world"), "a description", "import-robot", " -o robots/NAME.yaml"),
@@ -221,7 +221,7 @@ class Files:
         if stages or path.suffix.lower() not in USD:
             return path
         advice = (
-            "give the MJCF or SDF file of the world; a robot of a stage belongs into `robots:`, as NAME: {use: FILE}"
+            "a robot of a stage belongs into `robots:`, as NAME: {use: FILE}, and the world of a stage into `world:`"
         )
         command = f"read its ActionGraphs: graphrun import {quoted(self.shown(path))}"
         findings.add("S101", f"{owner}{str(reference)!r} is a {STAGE}", span, advice, command)

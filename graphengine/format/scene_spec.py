@@ -118,7 +118,13 @@ class SceneSpec(FileSpec):
     doc: str = ""
     """Description for readers of the file."""
     world: str
-    """MJCF or SDF file with the world: everything except the robots."""
+    """MJCF, SDF or USD file with the world: everything except the robots."""
+    usd_variants: dict[str, str] = {}
+    """Variants to select in a USD world, as SET: NAME or PRIM:SET: NAME."""
+    usd_assets: Annotated[tuple[str, ...], Field(strict=False, max_length=100)] = ()
+    """Folders with copies of the assets of a USD world that are on servers."""
+    usd_replace: dict[str, str] = {}
+    """Files in place of assets of a USD world, by the reference to the asset."""
     spherical_coordinates: EarthSpec | None = None
     """Place of the world on Earth, as {latitude_deg: 47.38, longitude_deg: 8.54}; overrides that of an SDF world."""
     physics: PhysicsSpec = PhysicsSpec()

@@ -6,7 +6,7 @@ Compounds are flattened: a node in a compound is named `Compound/Node`, and wire
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -123,19 +123,39 @@ class RecordedGraph:
         """
         count = 0
 
-        def replaced(data: Any) -> Any:
+        def referred(text: str) -> str:
             nonlocal count
-            if isinstance(data, list):
-                return [replaced(item) for item in data]
-            if not isinstance(data, str) or not at_or_below(data, path):
-                return data
+            if not at_or_below(text, path):
+                return text
             count += 1
-            return Reference(f"$({name}){data[len(path) :]}")
+            return Reference(f"$({name}){text[len(path) :]}")
 
-        self.path = replaced(self.path)
-        for node in self.nodes.values():
-            node.values = {key: replace(value, data=replaced(value.data)) for key, value in node.values.items()}
+        self._change_texts(referred)
         return count
+
+    def move_prims(self, places: Mapping[str, str]) -> None:
+        """Replace prim paths in the graph and in its own path; the longest path in `places` that contains a prim counts."""
+
+        def moved(text: str) -> str:
+            parts = text.split("/")
+            for end in range(len(parts), 1, -1):
+                if (place := places.get("/".join(parts[:end]))) is not None:
+                    return "/".join([place, *parts[end:]])
+            return text
+
+        self._change_texts(lambda text: moved(text) if text.startswith("/") else text)
+
+    def _change_texts(self, change: Callable[[str], str]) -> None:
+        """Change the graph's own path and all texts in values."""
+
+        def changed(data: Any) -> Any:
+            if isinstance(data, list):
+                return [changed(item) for item in data]
+            return change(data) if isinstance(data, str) else data
+
+        self.path = change(self.path)
+        for node in self.nodes.values():
+            node.values = {key: replace(value, data=changed(value.data)) for key, value in node.values.items()}
 
     def names(self) -> Iterator[str]:
         """Yield all names, paths and type names in the graph, whose length and characters an importer checks."""

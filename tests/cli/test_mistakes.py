@@ -230,12 +230,11 @@ def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
 @pytest.mark.parametrize(
     ("scene", "at"),
     [
-        ("world: hall.usda", "s.yaml:2:8"),
         ("world: flat.xml\nrobots: {r: {use: r.yaml}}", "r.yaml:2:7"),
         ("world: flat.xml\ngraphs: {g: {use: hall.usda, at: /World/g}}", "s.yaml:3:19"),
     ],
 )
-def test_a_usd_stage_as_a_world_or_urdf_is_refused_with_the_supported_uses(
+def test_a_usd_stage_as_a_graph_or_urdf_is_refused_with_the_supported_uses(
     graphrun: Graphrun, folder: Path, scene: str, at: str
 ) -> None:
     for name, text in (

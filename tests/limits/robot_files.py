@@ -23,10 +23,10 @@ from graphengine.descriptions.robot_description import Link
 from graphengine.descriptions.robot_files import default_drives
 from graphengine.descriptions.robot_files.robot_file import read_robot
 from graphengine.descriptions.sdf import sdf_files, sdf_values
-from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
 from graphengine.descriptions.sdf.sdf_values import SdfError
 from graphengine.descriptions.shapes import Mesh
 from graphengine.descriptions.urdf import urdf_reader
+from graphengine.descriptions.worlds.mesh_pieces import MeshPieces
 from graphengine.descriptions.xacro import absent_packages, dom, xacro
 from graphengine.descriptions.xacro.xacro_macros import robot_macros
 from graphengine.format.diagnostics import Findings, Source, Span
@@ -319,7 +319,7 @@ def _(stiffness: float) -> bool:
     return arm_gains._gains(joint, arm_gains.Load(1.0, 1.0, 1.0))[0] == stiffness  # type: ignore[arg-type]
 
 
-@limit("descriptions.sdf.sdf_shells.MAX_PLATES", at=8)
+@limit("descriptions.worlds.mesh_pieces.MAX_PLATES", at=8)
 def _(triangles: int) -> bool:
     """Two tetrahedra, which together are not convex, and triangles beside them."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
@@ -327,7 +327,7 @@ def _(triangles: int) -> bool:
     loose = [corners[[0, 1, 2]] + (0, 0, 5 + number) for number in range(triangles - 8)]
     faces = np.concatenate([solid, solid + 5, *[[one] for one in loose]]).astype("<f4")
     rows = b"".join(bytes(12) + face.tobytes() + bytes(2) for face in faces)
-    writer, mesh = GeomWriter.__new__(GeomWriter), Mesh("a.stl", (1.0, 1.0, 1.0), parsed("<mesh/>")[0])
+    writer, mesh = MeshPieces.__new__(MeshPieces), Mesh("a.stl", (1.0, 1.0, 1.0), parsed("<mesh/>")[0])
     data = bytes(80) + len(faces).to_bytes(4, "little") + rows
     writer.library, writer.findings = SimpleNamespace(assets={"a.stl": data}), Findings()  # type: ignore[assignment]
     return len(writer._plates(SimpleNamespace(key="a.stl"), mesh)) == triangles  # type: ignore[arg-type]

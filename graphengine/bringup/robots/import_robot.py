@@ -98,6 +98,8 @@ class Origin:
         model: path of a MuJoCo model or a USD stage, whose root element is `element`; None for other descriptions.
         stage: description of the robot of a USD stage; None for other descriptions.
         choice: keys of the robot file that say what to read of the stage.
+        stage_name: name of the folder for copies of the stage's files; empty for that of the robot.
+        commanded: whether graphs outside of the robot command it; the import then adds none.
         position_drives: whether joints that take efforts get position drives to hold them.
     """
 
@@ -114,6 +116,8 @@ class Origin:
     position_drives: bool = False
     stage: RobotDescription | None = None
     choice: dict[str, Any] = field(default_factory=dict)
+    stage_name: str = ""
+    commanded: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +181,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     model_files: dict[Path, Path] = {}
     if origin.stage is not None and origin.stage.usd is not None:
         description: RobotDescription | None = origin.stage
-        model_files = bundle_stage(origin.stage.usd.files, name) if origin.bundled else {}
+        model_files = bundle_stage(origin.stage.usd.files, origin.stage_name or name) if origin.bundled else {}
     elif origin.model is None:
         description = read_urdf(origin.element, origin.packages, findings)
     else:
@@ -199,6 +203,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     for add_part in parts:
         add_part(draft)
     draft.settle()
+    if origin.commanded:
+        draft.graphs.clear()
     graphs = bundle_graphs(draft) if origin.bundled else {}
     document = render(draft, origin.target)
     checked = checked_spec(draft, library, str(origin.target), document)

@@ -36,6 +36,8 @@ def add_stage_parts(draft: Draft) -> None:
     if usd.fixed:
         draft.fixed_base = True
         draft.carry("the base is fixed to the world, as a joint of the stage fixes it", claim={("fixed_base",): True})
+    if usd.articulation_root:
+        draft.settings["articulation_root"] = usd.articulation_root
     if usd.self_collision:
         draft.settings["self_collision"] = True
     for setting, texts in (("namespaces", usd.namespaces), ("name_overrides", usd.overrides)):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from graphengine.descriptions.earth import EARTH
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.sdf.sdf_values import SdfError, number_at, text_at, written
+from graphengine.descriptions.sdf.sdf_values import SdfError, number_at, text_at
+from graphengine.descriptions.worlds.mjcf_elements import written
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
 

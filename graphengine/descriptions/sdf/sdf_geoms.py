@@ -13,12 +13,12 @@ from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_shapes import colour_of, friction_of, mesh_of, shape_of, solid_of
-from graphengine.descriptions.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates
-from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, written
+from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, reported
 from graphengine.descriptions.shapes import Mesh, sizes_of
+from graphengine.descriptions.worlds.mesh_pieces import MeshPieces
+from graphengine.descriptions.worlds.mjcf_elements import placed, written
 from graphengine.devices.rotation import Quaternion, Vector3, multiply, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.format.wording import printable
 
 _GREY = (0.7, 0.7, 0.7, 1.0)
 _UP: Vector3 = (0.0, 0.0, 1.0)
@@ -31,12 +31,12 @@ class GeomWriter:
     Attributes:
         library: reads the mesh files.
         findings: receives errors, warnings and notes.
-        assets: created MJCF mesh elements, by (key of the file, scale, whether the mesh must collide exactly).
+        pieces: creates the MJCF meshes.
     """
 
     library: Library
     findings: Findings
-    assets: dict[tuple[str, Vector3, bool], list[Element]] = field(default_factory=dict)
+    pieces: MeshPieces
     _meshes: dict[Element, Mesh] = field(default_factory=dict)
     """Mesh for each SDF `<mesh>` element of a collision or visual."""
     _files: Mapping[Element, list[MeshFile]] = field(default_factory=dict)
@@ -100,38 +100,8 @@ class GeomWriter:
             return
         for file in self._files.get(mesh.element, ()):
             own = {"rgba": written(*file.colour)} if colour is None and file.colour is not None else {}
-            for piece in self._pieces(file, mesh, solid=static and not visual):
+            for piece in self.pieces.of(file, mesh, exact=static and not visual):
                 yield Element("geom", values | own | {"mesh": piece.get("name")}, part.span)
-
-    def _pieces(self, file: MeshFile, mesh: Mesh, *, solid: bool) -> list[Element]:
-        """Return the MJCF meshes for a mesh file: one mesh, or one plate per triangle.
-
-        Plates are used if `solid` is true, i.e. the mesh is a static collider, and the mesh is not convex.
-        """
-        key = (file.key, mesh.scale, solid)
-        if key not in self.assets:
-            made = self._plates(file, mesh) if solid else []
-            whole = {"file": file.key, "scale": written(*mesh.scale), "inertia": "shell"}
-            made = made or [Element("mesh", whole, mesh.element.span)]
-            first = sum(map(len, self.assets.values()))
-            for number, element in enumerate(made, first):
-                element.attributes["name"] = f"mesh_{number}"
-            self.assets[key] = made
-        return self.assets[key]
-
-    def _plates(self, file: MeshFile, mesh: Mesh) -> list[Element]:
-        """Return one MJCF mesh per triangle of a mesh file; an empty list if the mesh is convex or has too many triangles."""
-        corners = hollow_triangles(self.library.assets[file.key], file.key, mesh.scale)
-        if corners is None:
-            return []
-        if len(corners) > MAX_PLATES:
-            name = printable(mesh.filename)
-            text = f"{name!r} has {len(corners)} triangles and is not convex: its convex hull is used for collisions"
-            advice = f"use boxes, or a mesh of at most {MAX_PLATES} triangles, whose exact shape is used for collisions"
-            self.findings.add("W302", text, mesh.element.span, advice)
-            return []
-        span = mesh.element.span
-        return [Element("mesh", {"inertia": "shell", "vertex": written(*plate)}, span) for plate in plates(corners)]
 
 
 def _drawable(part: Element, findings: Findings | None) -> Element | None:

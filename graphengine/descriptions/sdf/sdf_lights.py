@@ -6,7 +6,8 @@ import math
 
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, number_at, numbers_at, text_at, written
+from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, number_at, numbers_at, text_at
+from graphengine.descriptions.worlds.mjcf_elements import written
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.format.wording import printable
 
@@ -53,22 +54,7 @@ def _colour(element: Element, tag: str, usual: Vector3, strength: float = 1.0) -
     return written(*(min(max(value * strength, 0.0), 1.0) for value in values[:3]))
 
 
-def look_of(world: Element) -> Element:
-    """Return the MJCF `<visual>` element for a world, with the ambient light of the world's `<scene>`."""
+def ambient_and_background(world: Element) -> tuple[str, str]:
+    """Return the colours of the ambient light and of the background in the world's `<scene>`."""
     scene = world.first("scene") or world
-    span = world.span
-    headlight = {"ambient": _colour(scene, "ambient", (0.4, 0.4, 0.4)), "diffuse": "0.2 0.2 0.2", "specular": "0 0 0"}
-    children = [
-        Element("map", {"znear": "0.02", "zfar": "120"}, span),
-        Element("quality", {"offsamples": "0"}, span),
-        Element("global", {"offwidth": "1280", "offheight": "800"}, span),
-        Element("headlight", headlight, span),
-    ]
-    return Element("visual", {}, span, children)
-
-
-def sky_of(world: Element) -> Element:
-    """Return an MJCF sky texture in the background colour of the world's `<scene>`."""
-    colour = _colour(world.first("scene") or world, "background", (0.7, 0.7, 0.7))
-    attributes = {"name": "sky", "type": "skybox", "builtin": "gradient", "width": "64", "height": "384"}
-    return Element("texture", attributes | {"rgb1": colour, "rgb2": colour}, world.span)
+    return _colour(scene, "ambient", (0.4, 0.4, 0.4)), _colour(scene, "background", (0.7, 0.7, 0.7))

@@ -13,8 +13,9 @@ from graphengine.descriptions.robot_description import Link
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_inertia import inertial_of, is_mere_frame
 from graphengine.descriptions.sdf.sdf_shapes import colour_of, mesh_of, shape_of, solid_of, surface_for_gazebo, textured
-from graphengine.descriptions.sdf.sdf_values import SdfError, find, flag_at, leaf, reported, seen_from, text_at, written
+from graphengine.descriptions.sdf.sdf_values import SdfError, find, flag_at, leaf, reported, seen_from, text_at
 from graphengine.descriptions.shapes import Geometry, Shape
+from graphengine.descriptions.worlds.mjcf_elements import written
 from graphengine.devices.rotation import NOWHERE, Pose, to_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.descriptions.sdf.sdf_values import SdfError, find, leaf, number_at, numbers_at, text_at, written
+from graphengine.descriptions.sdf.sdf_values import SdfError, find, leaf, number_at, numbers_at, text_at
 from graphengine.descriptions.shapes import Box, Capsule, Colour, Cylinder, Mesh, Solid, Sphere
+from graphengine.descriptions.worlds.mjcf_elements import written
 from graphengine.devices.rotation import Pose, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable

@@ -144,17 +144,6 @@ def _unit(values: Sequence[float], span: Span) -> Quaternion:
     return x / length, y / length, z / length, w / length
 
 
-def written(*values: float) -> str:
-    """Return numbers as text with full precision, separated by spaces; -0.0 becomes 0.0."""
-    return " ".join(repr(value + 0.0) for value in values)
-
-
-def placed(pose: Pose, **more: str) -> dict[str, str]:
-    """Return the MJCF attributes `pos` and `quat` of a pose, preceded by the given other attributes."""
-    x, y, z, w = pose[1]
-    return {**more, "pos": written(*pose[0]), "quat": written(w, x, y, z)}
-
-
 def seen_from(frame: Pose, place: Pose) -> Pose:
     """Return the pose `place` relative to the pose `frame`; both are given in the same frame. -0.0 becomes 0.0."""
     (x, y, z), (qx, qy, qz, qw) = relative(frame, place)

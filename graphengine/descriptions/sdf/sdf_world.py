@@ -21,18 +21,17 @@ from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
 from graphengine.descriptions.sdf.sdf_inertia import mass_of, turned
 from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving
-from graphengine.descriptions.sdf.sdf_lights import light_of, look_of, sky_of
+from graphengine.descriptions.sdf.sdf_lights import ambient_and_background, light_of
 from graphengine.descriptions.sdf.sdf_shapes import textured
-from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, written
+from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, reported
+from graphengine.descriptions.worlds.mesh_pieces import MeshPieces
+from graphengine.descriptions.worlds.mjcf_elements import placed, world_element, written
 from graphengine.devices.rotation import Pose, relative, to_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable, quoted
 
 _GRAVITY = (0.0, 0.0, -9.8)
 """SDF's default gravity, m/s2."""
-_COMPILER = {"angle": "radian", "autolimits": "true", "balanceinertia": "true"}
-_STATISTIC = {"extent": "1", "center": "0 0 0.5", "meansize": "0.2"}
-"""Attributes of `<statistic>`, as in the built-in worlds; MuJoCo scales its rendering by them."""
 _CONVERTED = ("model", "include", "light", "gravity", "frame", "scene", "spherical_coordinates", "actor")
 _LEFT_OUT = "it has moving joints, so it is a robot, and robots must be listed in the scene"
 
@@ -57,7 +56,7 @@ def read_world(path: Path, root: Element, library: Library, findings: Findings) 
             advice = "to use a model as a robot or object, write robots: {NAME: {use: FILE}}"
             text = f"the file of a world must contain one <world>, not {len(worlds)}"
             raise SdfError(text, root.span, advice if root.all("model") else "")
-        writer = GeomWriter(library, findings)
+        writer = GeomWriter(library, findings, MeshPieces(library, findings))
         made = _WorldWriter(files.scope(worlds[0], file), writer, findings, path).mjcf(packages)
     return made if len(findings.errors) == before else None
 
@@ -84,20 +83,12 @@ class _WorldWriter:
         for model in scenery:
             with reported(self.findings, "S102"):
                 body.children += self._bodies(model)
-        gravity = written(*numbers_at(element, "gravity", default=_GRAVITY))
-        meshes = [mesh for made in self.writer.assets.values() for mesh in made]
-        parts = [
-            Element("compiler", dict(_COMPILER), span),
-            Element("option", {"gravity": gravity}, span),
-            Element("statistic", dict(_STATISTIC), span),
-            look_of(element),
-            *earth_at(element, self.findings),
-            *actors_at(element, self.findings),
-            Element("asset", {}, span, [sky_of(element), *meshes]),
-            body,
-        ]
+        meshes = [mesh for made in self.writer.pieces.assets.values() for mesh in made]
+        others = [*earth_at(element, self.findings), *actors_at(element, self.findings)]
+        look = ambient_and_background(element)
         self._tell_unused(scenery)
-        return Element("mujoco", {"model": self.world.name}, span, parts)
+        x, y, z = numbers_at(element, "gravity", default=_GRAVITY)
+        return world_element(self.world.name, (x, y, z), meshes, body, others, *look)
 
     def _is_robot(self, model: Scope) -> bool:
         """Return whether a model must be used as a robot; if so, add a warning that explains how."""

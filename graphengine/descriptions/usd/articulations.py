@@ -82,10 +82,10 @@ def _holds(joint: StageJoint, contents: PhysicsContents) -> bool:
         return False
     light = _LIGHT * sum(body.mass for body in contents.bodies.values())
     ends = [contents.bodies[path] for path in joint.bodies if path]
-    return joint.enabled or (joint.kind == "fixed" and any(_is_light(body, light) for body in ends))
+    return joint.enabled or (joint.kind == "fixed" and any(is_light(body, light) for body in ends))
 
 
-def _is_light(body: StageBody, light: float) -> bool:
+def is_light(body: StageBody, light: float) -> bool:
     """Return whether a body has at most a given mass, kg, also by its shapes."""
     return body.mass <= light if body.mass else not (body.density or any(shape.solid for shape in body.shapes))
 

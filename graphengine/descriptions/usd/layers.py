@@ -47,25 +47,46 @@ def confined(files: Files) -> IO[str]:
 
 
 def open_stage(
-    path: Path, files: Files, replaced: Mapping[str, str] | None = None, mirrors: Sequence[Path] = ()
+    path: Path,
+    files: Files,
+    variants: Mapping[str, str] | None = None,
+    replaced: Mapping[str, str] | None = None,
+    mirrors: Sequence[str] = (),
 ) -> tuple[Usd.Stage, list[tuple[str, str]]]:
     """Open a stage; return it, and pairs (reference, reason) of the references that were removed.
 
     Args:
         path: file of the stage.
         files: decides which files may be read.
+        variants: variants to select, as pairs PRIM:SET or SET, and the name of the variant.
         replaced: files in place of assets, by the reference to the asset.
         mirrors: folders with copies of assets on servers.
 
     Raises:
-        UnreadableError: the stage cannot be read.
+        UnreadableError: the stage cannot be read, or has no such variant.
     """
-    layers = Layers(files, replaced, mirrors)
+    layers = Layers(files, replaced, [*map(Path, mirrors)])
     stage = Usd.Stage.Open(layers.open_all(path))
     strangers = [used.identifier for used in stage.GetUsedLayers() if not (used.anonymous or layers.holds(used))]
     if strangers:
         raise UnreadableError(f"it refers to {strangers[0]!r} in an unsupported way")
+    _select(stage, variants or {})
     return stage, layers.left_out
+
+
+def _select(stage: Usd.Stage, variants: Mapping[str, str]) -> None:
+    """Select the variants that the user names, in the session layer of the stage."""
+    stage.SetEditTarget(stage.GetSessionLayer())
+    for key, name in variants.items():
+        place, _, wanted = key.rpartition(":")
+        prims = [stage.GetPrimAtPath(place)] if place and Sdf.Path.IsValidPathString(place) else stage.Traverse()
+        found = [prim for prim in list(prims) if prim and wanted in prim.GetVariantSets().GetNames()]
+        known = sorted({each for prim in found for each in prim.GetVariantSet(wanted).GetVariantNames()})
+        if name not in known:
+            what = f"known: {', '.join(known)[:300]}" if found else "no prim has this variant set"
+            raise UnreadableError(f"it has no variant {key}={name}; {what}")
+        for prim in found:
+            prim.GetVariantSet(wanted).SetVariantSelection(name)
 
 
 def variants_of(prim: Usd.Prim, choices: list[str]) -> None:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import distributions
+from pathlib import Path
+from typing import Any
 
 from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.distribution import install_command
+from graphengine.format.files import Files
+from graphengine.sandbox.untrusted import encoded
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 PLACE = re.compile(r"/.*?:(?P<line>\d{1,9}):(?P<column>\d{1,9}): (?P<what>.*)", re.DOTALL)
@@ -19,6 +25,43 @@ MOST_TOLD = 100
 LONGEST = 300
 """Maximum number of characters of a USD message that a finding quotes."""
 _REMEDY = "the file may be damaged, or too large for the text format: save it as .usdc with USD's own tools"
+
+
+@dataclass(frozen=True, slots=True)
+class StageChoice:
+    """What to read of a stage.
+
+    Attributes:
+        robot: path or name of the prim of the robot; empty if the stage contains only one.
+        variants: variants to select, by SET or PRIM:SET.
+        replaced: files in place of assets, by the reference to the asset.
+        mirrors: folders with copies of assets on servers.
+    """
+
+    robot: str = ""
+    variants: Mapping[str, str] = field(default_factory=dict)
+    replaced: Mapping[str, str] = field(default_factory=dict)
+    mirrors: Sequence[Path] = ()
+
+    def keys(self) -> dict[str, Any]:
+        """Return the keys of a robot file that say the same."""
+        mirrors = [str(folder) for folder in self.mirrors]
+        found = {"robot": self.robot, "variants": self.variants, "replace": self.replaced, "assets": mirrors}
+        return {f"usd_{key}": value for key, value in found.items() if value}
+
+    def request(self, path: Path, files: Files) -> bytes:
+        """Return the request to a process that reads a stage."""
+        choice = {
+            "variants": dict(self.variants),
+            "replaced": dict(self.replaced),
+            "mirrors": [*map(str, self.mirrors)],
+        }
+        request = {"path": os.path.abspath(path), "roots": [*map(str, files.roots)], "choice": choice}
+        return encoded(request).encode()
+
+
+AS_IT_IS = StageChoice()
+"""Read a stage as it is, with its only robot."""
 
 
 def needed() -> str:

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from pxr import Sdf, Tf, Usd, UsdPhysics
+from pxr import Tf, Usd, UsdPhysics
 
 from graphengine.descriptions.usd.layers import UnreadableError, confined, open_stage, reason, variants_of
 from graphengine.descriptions.usd.stage_bodies import body_of, is_body, read_body
 from graphengine.descriptions.usd.stage_commands import read_command
 from graphengine.descriptions.usd.stage_frames import StageFrames, UnusableError, given, text
 from graphengine.descriptions.usd.stage_joints import is_joint, read_joint
+from graphengine.descriptions.usd.stage_lights import read_gravity, read_light
 from graphengine.descriptions.usd.stage_materials import read_material
 from graphengine.descriptions.usd.stage_sensors import read_sensor
 from graphengine.descriptions.usd.stage_shapes import ShapeReader
@@ -34,30 +35,19 @@ class PhysicsReading:
 
     Args:
         files: decides which files may be read.
-        variants: variants to select, as pairs PRIM:SET or SET, and the name of the variant.
-        replaced: files in place of assets, by the reference to the asset.
-        mirrors: folders with copies of assets on servers.
+        choice: what to read, as `open_stage` takes it.
     """
 
-    def __init__(
-        self,
-        files: Files,
-        variants: Mapping[str, str] | None = None,
-        replaced: Mapping[str, str] | None = None,
-        mirrors: tuple[Path, ...] = (),
-    ) -> None:
+    def __init__(self, files: Files, **choice: Any) -> None:
         self.files = files
-        self.variants = variants or {}
-        self.replaced = replaced or {}
-        self.mirrors = mirrors
+        self.choice = choice
         self.contents = PhysicsContents()
 
     def run(self, path: Path) -> PhysicsContents:
         """Open a stage and return its physics; if it cannot be read, return the reason as `failure`."""
         contents = self.contents
         try:
-            stage, contents.left_out = open_stage(path, self.files, self.replaced, self.mirrors)
-            self._select(stage)
+            stage, contents.left_out = open_stage(path, self.files, **self.choice)
             self._read(stage)
         except (UnreadableError, UnusableError) as error:
             contents.failure = str(error)
@@ -65,20 +55,6 @@ class PhysicsReading:
             contents.failure = reason(error)
         contents.used = [str(used) for used in self.files.used]
         return contents
-
-    def _select(self, stage: Usd.Stage) -> None:
-        """Select the variants that the user names, in the session layer of the stage."""
-        stage.SetEditTarget(stage.GetSessionLayer())
-        for key, name in self.variants.items():
-            place, _, wanted = key.rpartition(":")
-            prims = [stage.GetPrimAtPath(place)] if place and Sdf.Path.IsValidPathString(place) else stage.Traverse()
-            found = [prim for prim in list(prims) if prim and wanted in prim.GetVariantSets().GetNames()]
-            known = sorted({each for prim in found for each in prim.GetVariantSet(wanted).GetVariantNames()})
-            if name not in known:
-                what = f"known: {', '.join(known)[:300]}" if found else "no prim has this variant set"
-                raise UnreadableError(f"it has no variant {key}={name}; {what}")
-            for prim in found:
-                prim.GetVariantSet(wanted).SetVariantSelection(name)
 
     def _read(self, stage: Usd.Stage) -> None:
         frames = StageFrames(stage)
@@ -114,6 +90,9 @@ class PhysicsReading:
                 contents.commands.append(command)
             if (sensor := read_sensor(prim, frames)) is not None:
                 contents.sensors.append(sensor)
+            if (light := read_light(prim, frames)) is not None:
+                contents.lights.append(light)
+            contents.gravity = contents.gravity or read_gravity(prim, frames)
             for name, texts in (("isaac:namespace", contents.namespaces), ("isaac:nameOverride", contents.names)):
                 if value := text(prim, name):
                     texts[path] = value
@@ -126,9 +105,8 @@ def main() -> None:
     """Read a request from stdin, confine this process, read the stage, and write its `PhysicsContents` to stdout."""
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])))
-    mirrors = tuple(map(Path, request["mirrors"]))
     stream = confined(files)
-    reading = PhysicsReading(files, request["variants"], request["replaced"], mirrors)
+    reading = PhysicsReading(files, **request["choice"])
     answer(stream, lambda: reading.run(Path(request["path"])))
 
 

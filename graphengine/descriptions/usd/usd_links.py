@@ -6,7 +6,7 @@ As in URDF, the origin of a link is at its joint. The axes of a link stay those 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from graphengine.descriptions.files.xml import Element
@@ -16,6 +16,7 @@ from graphengine.descriptions.usd.articulations import MOVING, Articulation, Tre
 from graphengine.descriptions.usd.prim_spans import PrimSpans
 from graphengine.descriptions.usd_model import PhysicsContents, StageBody, StageShape
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, relative, rotate, tilt_of
+from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 
 _SIDEWAYS = math.radians(30.0)
@@ -63,7 +64,7 @@ class UsdLinks:
     def __post_init__(self) -> None:
         tree = self.tree
         bodies = self.bodies = {**self.contents.bodies, "": StageBody("", NOWHERE)}
-        self.names = _named(tree.bodies) | _named(each.joint.path for each in tree.joints)
+        self.names = named(tree.bodies) | named(each.joint.path for each in tree.joints)
         root = bodies[tree.root]
         self.frames[tree.root] = NOWHERE
         if not tree.root:
@@ -105,7 +106,7 @@ class UsdLinks:
         for shape in body.shapes:
             tag = "collision" if shape.solid else "visual"
             span = self.spans.of(shape.path)
-            geometry = self.geometry(shape)
+            geometry = geometry_of(shape, self.meshes, span)
             if geometry is None:
                 self.remarks.append((True, shape.path, "a link cannot have an endless plane"))
                 continue
@@ -117,22 +118,6 @@ class UsdLinks:
             colour = None if shape.solid else shape.colour
             shapes.append(Shape(number, not shape.solid, geometry, pose, colour, part, span))
         return link
-
-    def geometry(self, shape: StageShape) -> Geometry | None:
-        """Return the geometry of a shape; None for an endless plane."""
-        match shape.kind, shape.sizes:
-            case "box", [x, y, z]:
-                return Box((x, y, z))
-            case "sphere", [radius]:
-                return Sphere(radius)
-            case "cylinder", [radius, length]:
-                return Cylinder(radius, length)
-            case "capsule", [radius, length]:
-                return Capsule(radius, length)
-            case "mesh", _:
-                name = self.meshes[shape.mesh]
-                return Mesh(name, (1.0, 1.0, 1.0), Element("mesh", {"filename": name}, self.spans.of(shape.path)))
-        return None
 
     def _joint(self, each: TreeJoint) -> Joint:
         """Return a joint of the tree; one of a type that is not simulated becomes fixed."""
@@ -190,13 +175,36 @@ class UsdLinks:
         return math.remainder(angle, math.tau)
 
 
+def geometry_of(shape: StageShape, meshes: Sequence[str], span: Span) -> Geometry | None:
+    """Return the geometry of a shape; None for an endless plane.
+
+    Args:
+        shape: shape of the stage.
+        meshes: reference to each mesh of the stage.
+        span: place of the shape.
+    """
+    match shape.kind, shape.sizes:
+        case "box", [x, y, z]:
+            return Box((x, y, z))
+        case "sphere", [radius]:
+            return Sphere(radius)
+        case "cylinder", [radius, length]:
+            return Cylinder(radius, length)
+        case "capsule", [radius, length]:
+            return Capsule(radius, length)
+        case "mesh", _:
+            name = meshes[shape.mesh]
+            return Mesh(name, (1.0, 1.0, 1.0), Element("mesh", {"filename": name}, span))
+    return None
+
+
 def _is_ball(body: StageBody, joint: Pose) -> bool:
     """Return whether all colliders of a body are spheres about a joint, as of a ball caster."""
     solid = [shape for shape in body.shapes if shape.solid]
     return bool(solid) and all(s.kind == "sphere" and math.dist(s.pose[0], joint[0]) < _CENTRED for s in solid)
 
 
-def _named(paths: Iterable[str]) -> dict[str, str]:
+def named(paths: Iterable[str]) -> dict[str, str]:
     """Return a name for each path: that of the prim, with the names of the prims above it where two would be equal."""
     paths = list(paths)
     found = {"": WORLD} if "" in paths else {}

@@ -7,11 +7,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.link_tree import assembled
@@ -20,7 +16,14 @@ from graphengine.descriptions.urdf.urdf_reader import check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.descriptions.usd.articulations import Articulation, articulations
 from graphengine.descriptions.usd.prim_spans import PrimSpans
-from graphengine.descriptions.usd.stage_files import needed, tell_failure, tell_left_out, tell_process
+from graphengine.descriptions.usd.stage_files import (
+    AS_IT_IS,
+    StageChoice,
+    needed,
+    tell_failure,
+    tell_left_out,
+    tell_process,
+)
 from graphengine.descriptions.usd.usd_links import UsdLinks
 from graphengine.descriptions.usd.usd_masses import inertial_of
 from graphengine.descriptions.usd.usd_settings import add_settings
@@ -30,7 +33,7 @@ from graphengine.format.files import Files
 from graphengine.format.wording import listing, printable
 from graphengine.sandbox.borders import warn
 from graphengine.sandbox.confinement import ProcessError, ask
-from graphengine.sandbox.untrusted import encoded, note_used, read
+from graphengine.sandbox.untrusted import note_used, read
 
 MAX_SECONDS = 60.0
 """Maximum time to read the physics of a USD stage, s."""
@@ -40,29 +43,6 @@ MAX_BODIES = 2000
 """Maximum number of bodies, and of joints, of a stage."""
 _PROCESS = "graphengine.descriptions.usd.stage_physics_process"
 _ASSETS = "--assets FOLDER names a folder with copies of such assets, --replace REFERENCE=FILE a file in place of one"
-
-
-@dataclass(frozen=True, slots=True)
-class StageChoice:
-    """What to read of a stage.
-
-    Attributes:
-        robot: path or name of the prim of the robot; empty if the stage contains only one.
-        variants: variants to select, by SET or PRIM:SET.
-        replaced: files in place of assets, by the reference to the asset.
-        mirrors: folders with copies of assets on servers.
-    """
-
-    robot: str = ""
-    variants: Mapping[str, str] = field(default_factory=dict)
-    replaced: Mapping[str, str] = field(default_factory=dict)
-    mirrors: Sequence[Path] = ()
-
-    def keys(self) -> dict[str, Any]:
-        """Return the keys of a robot file that say the same."""
-        mirrors = [str(folder) for folder in self.mirrors]
-        found = {"robot": self.robot, "variants": self.variants, "replace": self.replaced, "assets": mirrors}
-        return {f"usd_{key}": value for key, value in found.items() if value}
 
 
 def read_physics(path: Path, files: Files, findings: Findings, choice: StageChoice) -> PhysicsContents | None:
@@ -80,15 +60,8 @@ def read_physics(path: Path, files: Files, findings: Findings, choice: StageChoi
         findings.add("S103", reason, spans.start, remedy.strip())
         return None
     warn(findings)
-    request = {
-        "path": os.path.abspath(path),
-        "roots": [str(root) for root in files.roots],
-        "variants": dict(choice.variants),
-        "replaced": dict(choice.replaced),
-        "mirrors": [str(folder) for folder in choice.mirrors],
-    }
     try:
-        contents = read(ask(_PROCESS, encoded(request).encode(), MAX_SECONDS), PhysicsContents, MAX_ANSWER)
+        contents = read(ask(_PROCESS, choice.request(path, files), MAX_SECONDS), PhysicsContents, MAX_ANSWER)
     except ProcessError as error:
         tell_process(error, "S103", spans, findings)
         return None
@@ -109,9 +82,7 @@ def read_physics(path: Path, files: Files, findings: Findings, choice: StageChoi
     return contents
 
 
-def read_usd(
-    path: Path, files: Files, findings: Findings, choice: StageChoice = StageChoice()
-) -> RobotDescription | None:
+def read_usd(path: Path, files: Files, findings: Findings, choice: StageChoice = AS_IT_IS) -> RobotDescription | None:
     """Return the links and joints of a robot of a stage, with `usd` set; None after an error.
 
     Args:
@@ -136,6 +107,7 @@ def chosen(contents: PhysicsContents, name: str, spans: PrimSpans, findings: Fin
     found = articulations(contents)
     if name:
         named = [tree for tree in found if name in (tree.prim, tree.prim.rpartition("/")[2], tree.root)]
+        named = [tree for tree in named if tree.moves] or named
         if len(named) != 1:
             known = listing((printable(tree.prim) for tree in found if tree.moves), "its robots")
             findings.add("S103", f"the stage has no robot {printable(name)!r}", spans.start, known)
@@ -152,13 +124,18 @@ def chosen(contents: PhysicsContents, name: str, spans: PrimSpans, findings: Fin
     return robots[0]
 
 
+def meshes_of(contents: PhysicsContents) -> tuple[list[str], list[bytes]]:
+    """Return the names of the meshes of a stage, equal for equal meshes of any stages, and their contents in MSH."""
+    data = [base64.b64decode(mesh) for mesh in contents.meshes]
+    return [f"mesh_{hashlib.sha256(mesh).hexdigest()[:16]}.msh" for mesh in data], data
+
+
 def description_of(
     contents: PhysicsContents, tree: Articulation, path: Path, files: Files, findings: Findings
 ) -> RobotDescription | None:
     """Return the description of one articulation of a stage; None after an error, which is added to `findings`."""
     before, spans = len(findings.errors), PrimSpans(path)
-    data = [base64.b64decode(mesh) for mesh in contents.meshes]
-    names = [f"mesh_{hashlib.sha256(mesh).hexdigest()[:16]}.msh" for mesh in data]
+    names, data = meshes_of(contents)
     made = UsdLinks(contents, tree, spans, names)
     for link, body in zip(made.links, tree.bodies, strict=True):
         link.inertial = inertial_of(made.bodies[body], made.frames[body], data)

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from graphengine.descriptions.usd.articulations import TreeJoint
+from graphengine.descriptions.usd.articulations import TreeJoint, is_light
 from graphengine.descriptions.usd.usd_links import UsdLinks
 from graphengine.descriptions.usd_model import (
     PhysicsContents,
@@ -38,6 +38,7 @@ def add_settings(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> 
             model.drives[name] = _drive(each, name, contents, made)
     model.self_collision = any(contents.roots[root] for root in contents.roots if at_or_below(tree.root, root))
     paths = [path for path in tree.bodies if path]
+    model.articulation_root = _articulation_root(contents, made)
     model.weightless = [made.names[path] for path in paths if not contents.bodies[path].gravity]
     _materials(model, contents, made)
     _sensors(model, contents, made)
@@ -48,6 +49,17 @@ def add_settings(model: UsdModel, contents: PhysicsContents, made: UsdLinks) -> 
         if path in made.frames or path == tree.prim:
             model.namespaces[made.names.get(path, "")] = text
     model.remarks = [(lost, path, text, made.spans.of(path)) for lost, path, text in made.remarks]
+
+
+def _articulation_root(contents: PhysicsContents, made: UsdLinks) -> str:
+    """Return the name of the first link that is more than a frame, below disabled joints; empty if it is the root itself."""
+    root = made.tree.root
+    while root and is_light(contents.bodies[root], 0.0):
+        loose = [each.ends[1] for each in made.tree.joints if each.ends[0] == root and not each.joint.enabled]
+        if len(loose) != 1:
+            break
+        root = loose[0]
+    return made.names[root] if root != made.tree.root else ""
 
 
 def _drive(each: TreeJoint, name: str, contents: PhysicsContents, made: UsdLinks) -> StatedDrive:

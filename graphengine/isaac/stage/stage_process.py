@@ -31,16 +31,18 @@ class StageReading:
 
     Args:
         files: decides which files may be read.
+        choice: what to read, as `open_stage` takes it.
     """
 
-    def __init__(self, files: Files) -> None:
+    def __init__(self, files: Files, **choice: Any) -> None:
         self.files = files
+        self.choice = choice
         self.contents = StageContents()
 
     def run(self, path: Path) -> StageContents:
         """Open a stage and return the parts that concern graphs; if it cannot be read, return the reason as `failure`."""
         try:
-            stage, self.contents.left_out = open_stage(path, self.files)
+            stage, self.contents.left_out = open_stage(path, self.files, **self.choice)
             for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
                 self._read(prim)  # prims below a missing asset too, such as one on NVIDIA's server
             self._read_sources(stage)
@@ -115,7 +117,8 @@ def main() -> None:
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])))
     stream = confined(files)
-    answer(stream, lambda: StageReading(files).run(Path(request["path"])))
+    reading = StageReading(files, **request["choice"])
+    answer(stream, lambda: reading.run(Path(request["path"])))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,15 @@ import yaml
 
 from graphengine.compiler.registry import Registry
 from graphengine.descriptions.usd.prim_spans import PrimSpans
-from graphengine.descriptions.usd.stage_files import SUFFIXES, needed, tell_failure, tell_left_out, tell_process
+from graphengine.descriptions.usd.stage_files import (
+    AS_IT_IS,
+    SUFFIXES,
+    StageChoice,
+    needed,
+    tell_failure,
+    tell_left_out,
+    tell_process,
+)
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
@@ -21,7 +29,7 @@ from graphengine.isaac.stage.graphs import TooManyError, graphs_of
 from graphengine.isaac.stage.stage_contents import StageContents
 from graphengine.sandbox.borders import admit
 from graphengine.sandbox.confinement import ProcessError, ask
-from graphengine.sandbox.untrusted import encoded, note_used, read
+from graphengine.sandbox.untrusted import note_used, read
 
 MAX_SECONDS = 60.0
 """Maximum time to read a USD stage, s."""
@@ -50,7 +58,13 @@ class ImportedStage:
 
 
 def read_stage(
-    path: Path, files: Files, registry: Registry, findings: Findings, *, trusted: bool = False
+    path: Path,
+    files: Files,
+    registry: Registry,
+    findings: Findings,
+    *,
+    trusted: bool = False,
+    choice: StageChoice = AS_IT_IS,
 ) -> ImportedStage | None:
     """Return the graphs and namespaces of a stage, or None, with an error in `findings`, if the stage cannot be read.
 
@@ -59,18 +73,18 @@ def read_stage(
         files: decides which layers may be read.
         registry: registry with the current names of node types.
         findings: receives errors, and a finding for each part that is left out or changed.
+        choice: variants, and places of assets.
         trusted: whether to read the stage even if the kernel cannot confine USD's readers.
 
     Raises:
         UsageError: usd-core is not installed, or the file has another suffix.
     """
     _check_usage(path)
-    request = {"path": str(path), "roots": [str(root) for root in files.roots]}
     spans = PrimSpans(path)
     if not admit("the stage", findings, spans.start, trusted=trusted):
         return None
     try:
-        answer = ask(_PROCESS, encoded(request).encode(), MAX_SECONDS)
+        answer = ask(_PROCESS, choice.request(path, files), MAX_SECONDS)
         contents = read(answer, StageContents, MAX_ANSWER)
     except ProcessError as error:
         tell_process(error, "G401", spans, findings)

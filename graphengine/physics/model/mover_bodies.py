@@ -13,8 +13,8 @@ from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.mjcf.mjcf import is_safe, parse
 from graphengine.descriptions.mjcf.mjcf_trial import is_plain
 from graphengine.descriptions.routes import PREFIX, Route, route_from, route_of, routes_of
-from graphengine.descriptions.sdf.sdf_values import written
 from graphengine.descriptions.sdf.sdf_world import read_world
+from graphengine.descriptions.worlds.mjcf_elements import written
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.scene_spec import MoverSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded

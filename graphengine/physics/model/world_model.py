@@ -1,4 +1,4 @@
-"""Builds the MjSpec of a scene's world from MJCF or SDF. Robots are attached to this MjSpec."""
+"""Builds the MjSpec of a scene's world from MJCF, SDF or USD. Robots are attached to this MjSpec."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from graphengine.descriptions.mjcf.mjcf_trial import is_plain
 from graphengine.descriptions.routes import PREFIX
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES, is_sdf
 from graphengine.descriptions.sdf.sdf_world import read_world
+from graphengine.descriptions.usd.stage_files import StageChoice
+from graphengine.descriptions.usd.usd_world import read_usd_world
 from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.files import USD
 from graphengine.format.scene_spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
@@ -33,15 +36,15 @@ def world_spec(
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
     """Return the world of a scene as an MjSpec with the options that all scenes have; None after an error.
 
-    The second value is the source location of each line of the parsed text. An SDF world is converted to MJCF.
+    The second value is the source location of each line of the parsed text. SDF and USD worlds are converted to MJCF.
 
     Args:
         scene: scene with the path of the world, the tick rate and the number of substeps.
         library: reads the world and the files to which it refers.
         findings: receives errors, and notes on overridden options.
     """
-    path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
-    root = _read(path, library, findings) if path is not None else None
+    path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"), stages=True)
+    root = _read(path, scene, library, findings) if path is not None else None
     if root is None or path is None:
         return None, []
     if not (library.is_shipped(path) or is_plain(root, library.memory) or is_safe(root, library, "world")):
@@ -58,8 +61,15 @@ def world_spec(
     return spec, lines
 
 
-def _read(path: Path, library: Library, findings: Findings) -> Element | None:
+def _read(path: Path, scene: Loaded[SceneSpec], library: Library, findings: Findings) -> Element | None:
     """Return the root element of a world as MJCF, in which keys of the library replace file names; None after an error."""
+    if path.suffix in USD:
+        spec, folder = scene.spec, scene.folder
+        robots = [use.at or f"/{name}" for name, use in spec.robots.items()]
+        replaced = {url: str(folder / name) for url, name in spec.usd_replace.items()}
+        choice = StageChoice("", spec.usd_variants, replaced, [folder / name for name in spec.usd_assets])
+        made = read_usd_world(path, library, robots, choice)
+        return made if made is not None and library.weigh(made) else None
     if path.suffix not in SUFFIXES:
         return library.world(path)
     root = read(path, findings, "S102")

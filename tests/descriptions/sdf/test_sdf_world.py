@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from graphengine.descriptions.earth import earth_of
-from graphengine.descriptions.sdf.sdf_shells import THICKNESS
+from graphengine.descriptions.worlds.mesh_pieces import THICKNESS
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.loaded_world import LoadedWorld
 from tests.descriptions.sdf.harness import BALL, INERTIA, document, joint, link, model, pose

@@ -6,12 +6,21 @@ Otherwise a hall whose walls are one mesh would be a solid block. Each triangle 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.descriptions.files.flat_meshes import compiled_shell
+from graphengine.descriptions.files.mesh_file import MeshFile
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.geoms import mesh_faces, mesh_vertices
+from graphengine.descriptions.shapes import Mesh
+from graphengine.descriptions.worlds.mjcf_elements import written
+from graphengine.devices.rotation import Vector3
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import printable
 
 MAX_PLATES = 2000
 """Maximum number of triangles of a mesh that can be converted to plates."""
@@ -21,6 +30,51 @@ _FLAT = 1e-6
 """Maximum distance of a vertex in front of a face of a convex mesh, as a fraction of the mesh's size."""
 _NARROWEST = 1e-4
 """Minimum height (m) of a triangle above its longest side; narrower triangles do not become plates."""
+
+
+@dataclass(slots=True)
+class MeshPieces:
+    """Creates the MJCF meshes of one world.
+
+    Attributes:
+        library: has the content of the mesh files.
+        findings: receives warnings about meshes with too many triangles.
+        assets: created MJCF mesh elements, by (key of the file, scale, whether the mesh must collide exactly).
+    """
+
+    library: Library
+    findings: Findings
+    assets: dict[tuple[str, Vector3, bool], list[Element]] = field(default_factory=dict)
+
+    def of(self, file: MeshFile, mesh: Mesh, *, exact: bool) -> list[Element]:
+        """Return the MJCF meshes for a mesh file: one mesh, or one plate per triangle.
+
+        Plates are used if `exact` is true, i.e. the mesh is a static collider, and the mesh is not convex.
+        """
+        key = (file.key, mesh.scale, exact)
+        if key not in self.assets:
+            made = self._plates(file, mesh) if exact else []
+            whole = {"file": file.key, "scale": written(*mesh.scale), "inertia": "shell"}
+            made = made or [Element("mesh", whole, mesh.element.span)]
+            first = sum(map(len, self.assets.values()))
+            for number, element in enumerate(made, first):
+                element.attributes["name"] = f"mesh_{number}"
+            self.assets[key] = made
+        return self.assets[key]
+
+    def _plates(self, file: MeshFile, mesh: Mesh) -> list[Element]:
+        """Return one MJCF mesh per triangle of a mesh file; an empty list if the mesh is convex or has too many triangles."""
+        corners = hollow_triangles(self.library.assets[file.key], file.key, mesh.scale)
+        if corners is None:
+            return []
+        if len(corners) > MAX_PLATES:
+            name = printable(mesh.filename)
+            text = f"{name!r} has {len(corners)} triangles and is not convex: its convex hull is used for collisions"
+            advice = f"use boxes, or a mesh of at most {MAX_PLATES} triangles, whose exact shape is used for collisions"
+            self.findings.add("W302", text, mesh.element.span, advice)
+            return []
+        span = mesh.element.span
+        return [Element("mesh", {"inertia": "shell", "vertex": written(*plate)}, span) for plate in plates(corners)]
 
 
 def hollow_triangles(data: bytes, name: str, scale: Sequence[float]) -> Floats | None:
