@@ -52,10 +52,13 @@ class _NoValueError(Exception):
 
 
 class _PlotGuard(FieldGuard):
-    """A guard with fewer steps, because expressions are evaluated in each tick."""
+    """A guard that allows `MAX_STEPS` of this module for each evaluation.
+
+    A FieldGuard allows more steps, but here each expression is evaluated in every tick.
+    """
 
     def renew(self) -> None:
-        """Allow all steps again, for the next evaluation."""
+        """Allow `MAX_STEPS` steps for the next evaluation."""
         self._left = MAX_STEPS
 
 

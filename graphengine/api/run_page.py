@@ -46,7 +46,14 @@ class RunPage(AfterTick):
         self._trace.sample(self._tick)
 
     def plot(self, name: str, times: Sequence[float], values: Sequence[float], least: float | None = None) -> None:
-        """Add a plot of values over time (s) to the page; `least` is the smallest legal value."""
+        """Add a plot of values over time to the page.
+
+        Args:
+            name: name of the values.
+            times: times of the values, s, in ascending order.
+            values: one value for each time.
+            least: smallest legal value, which the plot shows as a line; None: no line.
+        """
         self._plots.append(Plot(name, times, values, limits=(least, None)))
 
     def write(self, path: Path, *, title: str, marks: Sequence[tuple[float, str]] = ()) -> None:

@@ -162,8 +162,8 @@ class SessionControl(Closing):
         """Return to a checkpoint of this session. A recording stores the call.
 
         With the transport `memory`, repeating the calls that followed the checkpoint sends the same bytes again. `restore` does
-        not withdraw messages that were already sent, and does not remove messages that a `Subscription` keeps. It does not set
-        back sequence numbers of DDS or times in a recording.
+        not withdraw messages that were already sent, and does not remove messages that a `Subscription` keeps. It does not
+        rewind the sequence numbers of DDS or the times in a recording.
 
         >>> mark = sim.checkpoint()
         >>> sim.run(1.0)

@@ -80,10 +80,10 @@ class Video:
             self._take = lambda time: renderer.draw(view.view(time)).rgb
 
     def after_ticks(self, ticks: int = 1) -> bool:
-        """Take the images that are due, and return whether more follow.
+        """Take all images that are due. Return whether the video still lacks images.
 
         Args:
-            ticks: number of ticks since the last call; 0 at the start.
+            ticks: number of ticks that have run since the last call; 0 before the first tick.
 
         Raises:
             RenderError: OpenGL is missing or failed.

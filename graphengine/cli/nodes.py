@@ -103,7 +103,10 @@ def _search(word: str, types: Sequence[type[Node]], registry: Registry) -> list[
 
 
 def _found(word: str | None, cls: type[Node]) -> str:
-    """Return a text such as `ports: speed` that names the ports with a word in name or documentation; empty without any."""
+    """Return the names of the ports whose name or documentation contains a word, as text such as `ports: speed, angle`.
+
+    The text is empty if no port contains the word, or if `word` is None or empty.
+    """
     part = (word or "").lower()
     ports = [port.name for port in cls.fields.values() if part and part in f"{port.name} {port.doc}".lower()]
     return f"ports: {', '.join(ports)}" if ports else ""

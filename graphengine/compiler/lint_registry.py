@@ -29,7 +29,11 @@ class LintContext:
     findings: Findings
 
     def nodes(self, cls: type[N]) -> Iterator[tuple[Graph, Instance, N]]:
-        """Yield each node of a type, as its graph, its instance, and a node object whose inputs have their initial values."""
+        """Yield a tuple for each node of a type or a subclass of it.
+
+        The tuple has the graph, the node as an `Instance` of this graph, and a new `Node` whose inputs have the values of the
+        literals.
+        """
         for graph in self.graphs:
             for instance in graph.instances:
                 if issubclass(instance.cls, cls):

@@ -127,7 +127,7 @@ class FlatGraph:
 
     @property
     def spec(self) -> GraphSpec:
-        """Spec of the graph file, whose subgraphs were expanded."""
+        """Spec of the graph file itself; its nodes that use subgraphs are not expanded."""
         return self.loaded.spec
 
 

@@ -37,7 +37,7 @@ class Route:
 
     @property
     def rises(self) -> bool:
-        """Whether the height changes."""
+        """Whether the points of the route have different heights."""
         return len({height for *_, height in self.points}) > 1
 
     def text(self) -> str:

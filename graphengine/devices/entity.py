@@ -63,7 +63,7 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
-    """The overlap of an entity with another object."""
+    """Another object that overlaps an entity, and the depth of the overlap."""
 
     other: str
     """Name of the other entity. For a shape that belongs to no entity, such as a floor, the name of the shape."""

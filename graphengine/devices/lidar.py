@@ -51,7 +51,10 @@ class Lidar(TickSensor, Protocol):
 
     @property
     def elevations(self) -> NDArray[np.float64]:
-        """Angle of each ring above the lidar's xy plane, rad; a planar lidar has one ring at 0."""
+        """Elevation angle of each ring, rad, shape (rings,); positive above the lidar's xy plane.
+
+        A planar lidar has one ring at 0.
+        """
 
     @property
     def directions(self) -> NDArray[np.float64]:
@@ -70,7 +73,7 @@ def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.f
 
     Args:
         angles: azimuths of a ring's first and last beam, and the step between two beams, rad.
-        elevations: angle of each ring above the lidar's xy plane, rad.
+        elevations: elevation angle of each ring, rad; positive above the lidar's xy plane.
     """
     first, last, increment = angles
     azimuth = first + increment * np.arange(round((last - first) / increment) + 1)

@@ -120,10 +120,10 @@ class Case:
 
 
 class Scenario:
-    """A scenario file without errors.
+    """A scenario, read from a file that has no errors.
 
     Args:
-        loaded: content of the file, with the positions of its entries.
+        loaded: spec of the scenario, and the document with the positions of its entries.
     """
 
     def __init__(self, loaded: Loaded[ScenarioSpec]) -> None:

@@ -35,8 +35,8 @@ class RunSettings:
     Attributes:
         programs: whether scenarios may start programs.
         scripts: whether graphs may run the Python code of their ScriptNodes.
-        digest_all: whether nodes publish on all topics, so that the digest of the output covers them.
-        make: makes a run and returns its row; a benchmark has its own.
+        digest_all: whether the digest of the output covers the messages of all topics, or only of topics with subscribers.
+        make: function that makes a run and returns its row; None: `make_run`.
     """
 
     programs: bool = False

@@ -7,11 +7,11 @@ from typing import Self
 
 
 class Closing(ABC):
-    """An object that `close` ends; a `with` block calls `close` at its end."""
+    """An object that uses resources until `close` is called. A `with` block calls `close` at its end."""
 
     @abstractmethod
     def close(self) -> None:
-        """End the object."""
+        """Release the resources of the object, such as files, threads or connections."""
 
     def __enter__(self) -> Self:
         return self

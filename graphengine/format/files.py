@@ -321,7 +321,10 @@ def require_suffix(path: str | Path, verb: str) -> None:
 
 
 def _names_in(folder: Path) -> list[str]:
-    """Return the sorted names of the included files in a folder that can be run alone."""
+    """Return the sorted names of the included YAML files below a folder: relative paths without `.yaml`.
+
+    Files in `robots` and `sensors` are left out, because they cannot be run alone.
+    """
     names = sorted(str(path.relative_to(folder).with_suffix("")) for path in folder.rglob("*.yaml"))
     return [name for name in names if name.partition("/")[0] not in ("robots", "sensors")]
 

@@ -48,7 +48,7 @@ def work() -> None:
 
 
 def finish() -> None:
-    """Let Ctrl-C end the process while the interpreter closes; call this function after the output is flushed."""
+    """Let Ctrl-C end the process at once during interpreter shutdown. Call this function after the output is flushed."""
     if signal.getsignal(signal.SIGINT) is interrupt:
         signal.signal(signal.SIGINT, _exit)
 

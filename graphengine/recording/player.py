@@ -87,11 +87,12 @@ class RecordingPlayer:
         self._checkpoints = [self._head]
 
     def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:
-        """Continue the replay: run and compare the next ticks, and make checkpoints, without a change of `position`.
+        """Continue the replay: run and compare the next ticks, and make checkpoints. `position` does not change.
 
         Args:
-            seconds: wall time after which no new tick begins, s, without the time of the seek to the last replayed tick.
-            interrupted: called after each tick; the result True makes `build` return.
+            seconds: wall time after which no further tick begins, s. It starts after the seek to the last replayed tick. At
+                least one tick runs.
+            interrupted: function that returns True to end `build`. It is called after each tick.
         """
         if self.complete:
             return

@@ -267,7 +267,7 @@ class LiveNetwork(EndpointHost):
         return [notice for transport in self._transports.values() for notice in transport.notices]
 
     def close(self) -> None:
-        """Leave all domains."""
+        """Close the transports of all ROS 2 domains, and remove all endpoints of the session."""
         for watch in self._watches.values():
             watch.close()
         for transport in self._transports.values():

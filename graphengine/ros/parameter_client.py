@@ -42,7 +42,10 @@ class ParameterClient:
         return sorted(self._call("list_parameters", prefixes=list(prefixes)).result.names)
 
     def get(self, names: Sequence[str]) -> Sequence[Any]:
-        """Return a ParameterValue for each name; an rclcpp node returns an empty list if any of the parameters has no value."""
+        """Return one ParameterValue for each name.
+
+        If one of the parameters has no value, an rclcpp node returns an empty list.
+        """
         return list(self._call("get_parameters", names=list(names)).values)
 
     def describe(self, names: Sequence[str]) -> Sequence[Any]:

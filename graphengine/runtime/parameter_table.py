@@ -179,11 +179,14 @@ def _assign(at: GraphVariable, value: Any) -> Command:
 
 
 def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | None:
-    """Return the smallest and largest legal value of a number type; None for other types, or if one of the two does not exist.
+    """Return the smallest and the largest legal value of a single number; None if the value has no such limits.
+
+    An integer has the limits of its type and of int64, or narrower bounds of the port. The full range of int64 is no limit.
+    A real number has limits only if the port has inclusive lower and upper bounds. Arrays and tuples have none.
 
     Args:
         kind: type of the value.
-        port: input whose bounds also apply; None for a variable.
+        port: input whose bounds apply; None for a variable.
     """
     if kind.array or kind.count > 1:
         return None

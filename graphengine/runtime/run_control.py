@@ -95,7 +95,10 @@ class RunControl:
         self._set("playing")
 
     def pause(self) -> None:
-        """Pause a playing session; any other session keeps its state. `step` still runs single ticks."""
+        """Pause the session if it is playing, and cancel single ticks that have not run yet.
+
+        A stopped session stays stopped. `step` still runs single ticks.
+        """
         self.admit()
         self._set("paused" if self.state == "playing" else self.state)
 

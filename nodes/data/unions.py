@@ -21,7 +21,7 @@ def with_arrays(union: str) -> str:
 
 
 def tuples(*bases: str) -> str:
-    """Return the union of the types of tuples of two to four numbers with the given base types."""
+    """Return the union of the tuple types `T[2]`, `T[3]` and `T[4]` for all base types `T` in `bases`."""
     return "|".join(f"{base}[{count}]" for base in bases for count in (2, 3, 4))
 
 

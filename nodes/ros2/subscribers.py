@@ -103,7 +103,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
         return None
 
     def deliver(self, message: Any) -> str:
-        """Set both velocities, or return "a Twist that is not finite"."""
+        """Set both velocities and return an empty text; if a number is infinite or NaN, return the reason to drop the message."""
         twist = message.twist if isinstance(message, messages.TwistStamped) else message
         linear, angular = twist.linear, twist.angular
         values = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)

@@ -36,7 +36,7 @@ def test_after_a_reset_with_a_seed_all_is_as_in_a_session_with_that_seed(noisy: 
         assert ranges(sim) == expected
 
 
-def test_a_checkpoint_brings_its_seed_back(noisy: ge.Scene) -> None:
+def test_restoring_a_checkpoint_restores_its_seed(noisy: ge.Scene) -> None:
     with noisy.session() as sim:
         mark = sim.checkpoint()
         first = ranges(sim)

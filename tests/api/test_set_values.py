@@ -197,7 +197,7 @@ def test_commands_of_the_page_and_of_ctl_are_refused_with_the_same_words(sim: ge
     assert sim.value(LIMIT) == 0.5
 
 
-def test_a_default_that_means_not_set_is_legal_until_it_is_set(start: Start) -> None:
+def test_a_zero_from_a_wire_is_illegal_for_inputs_whose_default_zero_means_not_set(start: Start) -> None:
     text = """
 nodes: {Tick: OnPlaybackTick, Zero: ConstantDouble, Controller: DifferentialController}
 connections:

@@ -37,7 +37,7 @@ def test_a_scene_that_ships_checks_without_an_error(graphrun: Graphrun, name: st
 
 
 @pytest.mark.parametrize("name", GRAPHS)
-def test_a_graph_that_ships_checks_without_an_error_alone_and_in_a_scene(graphrun: Graphrun, name: str) -> None:
+def test_an_included_graph_has_no_errors_alone_or_in_a_scene(graphrun: Graphrun, name: str) -> None:
     alone = graphrun("check", name)
     assert (alone.code, alone.lines[-1]) == (0, "1 file, 1 graph: 0 errors, 0 warnings")
     if not name.startswith(

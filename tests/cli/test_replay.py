@@ -221,7 +221,7 @@ def test_queued_commands_are_repeated_to_the_last_bit(graphrun: Graphrun, tmp_pa
 
 
 @needs_opengl
-def test_pictures_are_the_same_on_one_driver(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_a_replay_renders_the_same_images_on_the_same_opengl_driver(graphrun: Graphrun, tmp_path: Path) -> None:
     put(tmp_path / "hall" / "robot.yaml", SEEING_ROBOT)
     scene = put(tmp_path / "hall" / "scene.yaml", NOISY_SCENE.replace("noisy_robot.yaml", "robot.yaml"))
     run = record(tmp_path / "out.mcap", 12, scene, commands={2: [(0.5, 0.5)]})

@@ -80,7 +80,7 @@ def test_depths_are_millimetres_and_0_where_nothing_is_in_range(graphrun: Graphr
 
 
 @needs_opengl
-def test_the_table_of_a_segmentation_has_the_colours_and_pixels_of_its_picture(
+def test_the_segmentation_table_has_the_colours_and_pixel_counts_of_the_image(
     graphrun: Graphrun, project: Path
 ) -> None:
     result = graphrun("snapshot", SCENE, "--size", "160x90", "--segmentation", "-o", "parts.png", code=0)

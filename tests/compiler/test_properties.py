@@ -522,7 +522,9 @@ def test_a_second_play_of_any_graph_is_like_the_first(folder: Path, random: Rand
 
 @SOME
 @given(RANDOM, st.integers(2, 12))
-def test_keep_going_changes_nothing_in_any_graph_while_no_node_raises(folder: Path, random: Random, size: int) -> None:
+def test_keep_going_does_not_change_the_run_of_a_random_graph_whose_nodes_do_not_raise(
+    folder: Path, random: Random, size: int
+) -> None:
     path = runnable(folder, random, size)
     if path is not None:
         keeps_going = Bench(path, keep_going=True).setup()

@@ -213,7 +213,7 @@ def test_the_next_search_removes_the_socket_of_a_killed_run(ticking: MakeTicking
     assert not left.exists()
 
 
-def test_other_files_in_the_folder_are_not_removed(runtime: Runtime) -> None:
+def test_listing_the_running_sessions_keeps_other_files_in_their_folder(runtime: Runtime) -> None:
     other = format_folder.folder(runtime) / "notes.txt"
     other.write_text("mine", encoding="utf-8")
     assert runs.running(runtime) == []

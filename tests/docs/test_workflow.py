@@ -42,7 +42,7 @@ def script() -> str:
     [("there.yaml", "time < 9", True, 1), ("there.yaml", "time > 9", False, 1), ("later.yaml", "time < 9", True, 2)],
     ids=["passed", "failed", "error"],
 )
-def test_the_workflow_repeats_after_errors_only(
+def test_the_documented_workflow_runs_a_scenario_again_only_after_an_error(
     scene: str, expected: str, passes: bool, runs: int, tmp_path: Path
 ) -> None:
     folder = tmp_path / "scenarios"

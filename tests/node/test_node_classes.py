@@ -310,7 +310,7 @@ def test_numbered_ports_without_wires_and_values_do_not_exist() -> None:
     assert Ways.series == {"way": ("way0",), "weight": ()}
 
 
-def test_a_value_of_a_recording_may_be_out_of_bounds_but_is_one_of_the_legal_strings() -> None:
+def test_a_recorded_number_may_be_out_of_bounds_but_a_recorded_string_must_be_legal() -> None:
     fields = Controller.fields
     assert fields["wheel_radius"].check(-0.1, recorded=True) == -0.1
     with pytest.raises(ValueError, match="expected one of fast, slow"):

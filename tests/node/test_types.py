@@ -63,9 +63,7 @@ def test_a_type_has_a_zero(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "shape"), [("double[]", (0,)), ("double[3][]", (0, 3)), ("bool[]", (0,))])
-def test_the_zero_of_an_array_is_empty_of_the_exact_dtype_and_cannot_be_written(
-    name: str, shape: tuple[int, ...]
-) -> None:
+def test_the_zero_of_an_array_type_is_an_empty_read_only_array_of_its_dtype(name: str, shape: tuple[int, ...]) -> None:
     zero = concrete(name).zero
     assert (zero.shape, zero.dtype) == (shape, concrete(name).dtype)
     assert not zero.flags.writeable

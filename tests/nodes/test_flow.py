@@ -33,7 +33,7 @@ def test_the_first_step_of_a_tick_gets_the_wall_time_of_the_whole_tick(context: 
     assert deltas == [0.0] * 4 + [0.5, 0.0, 0.0, 0.0] * 2
 
 
-def test_after_a_stop_the_wall_time_of_the_pause_does_not_count(context: RecordingContext) -> None:
+def test_delta_system_time_is_zero_in_the_first_execution_after_a_stop(context: RecordingContext) -> None:
     node = stepping(context)
     node.compute()
     context.stop(node)

@@ -87,7 +87,7 @@ def test_a_gap_in_the_numbers_of_element_inputs_is_reported(tmp_path: Path) -> N
     assert (found.code, found.message) == ("G206", "Make: input2 is given, but input1 is missing")
 
 
-def test_a_circle_without_resolvable_types_gives_only_the_finding_of_the_circle(tmp_path: Path) -> None:
+def test_a_cycle_without_resolvable_types_gives_only_the_cycle_error(tmp_path: Path) -> None:
     nodes = "Sum: omni.graph.nodes.Add, Product: omni.graph.nodes.Multiply, Text: omni.graph.nodes.ToString"
     wires = "Sum.sum -> Product.a, Sum.sum -> Product.b, Product.product -> Sum.a, Product.product -> Sum.b"
     found = the_mistake(tmp_path, nodes, f"{wires}, Sum.sum -> Text.value")

@@ -35,7 +35,7 @@ def here(place: Heading) -> dict[str, Any]:
 
 
 @given(st.tuples(*[st.floats(-2.0, 2.0)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1))
-def test_the_yaw_is_the_direction_of_the_turned_x_axis(q: tuple[float, float, float, float]) -> None:
+def test_yaw_is_the_horizontal_direction_of_the_rotated_x_axis(q: tuple[float, float, float, float]) -> None:
     a, b, c, d = (np.array(q) / np.linalg.norm(q)).tolist()
     x, y, _ = matrix((a, b, c, d))[:, 0]
     length = math.hypot(x, y)
@@ -110,7 +110,7 @@ def test_a_quintic_meets_position_velocity_and_acceleration_at_both_ends(ends: l
     assert [at[0] for at in found] + [at[-1] for at in found] == pytest.approx(ends, abs=1e-9)
 
 
-def test_from_rest_to_rest_it_is_the_minimum_jerk_curve() -> None:
+def test_a_quintic_from_rest_to_rest_is_the_minimum_jerk_curve() -> None:
     """10 s^3 - 15 s^4 + 6 s^5 (T. Flash and N. Hogan, The coordination of arm movements, 1985)."""
     coefficients = quintic(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])[:, None], 7.0)
     assert coefficients[:, 0] == pytest.approx([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])

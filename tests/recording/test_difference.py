@@ -90,7 +90,7 @@ def test_undecodable_messages_are_compared_byte_by_byte(recorded: bytes, replaye
     assert [str(found) for found in differences(recorded, replayed, "std_msgs/msg/String")] == [expected]
 
 
-def test_different_padding_is_reported_as_a_byte() -> None:
+def test_a_difference_in_cdr_padding_is_reported_as_a_byte() -> None:
     data = messages.encode(messages.String("a"))
     changed = data[:-1] + b"\7"
     assert len(data) % 4 == 0

@@ -43,7 +43,7 @@ def test_an_included_scene_has_no_project_files() -> None:
     assert SourceNames(Files.of(given)).name(given) == "shipped/scenes/dd100_flat.yaml"
 
 
-def test_files_of_installed_packages_are_named_from_the_share_folder(tmp_path: Path) -> None:
+def test_the_recorded_name_of_an_installed_file_is_relative_to_the_share_folder(tmp_path: Path) -> None:
     mesh = put(tmp_path / "ws/install/share/arm/meshes/link.stl")
     names = SourceNames(Files.of(put(tmp_path / "scene.yaml"), installed=[tmp_path / "ws/install/share"]))
     assert names.name(mesh) == "installed/arm/meshes/link.stl"

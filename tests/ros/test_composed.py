@@ -312,7 +312,9 @@ def test_malformed_messages_of_both_transports_are_counted(domain: Domain, dds: 
 
 
 @needs_wheels
-def test_embedded_dds_joins_for_the_first_type_that_the_wheels_lack(wheels: Callable[..., Any], looker: Any) -> None:
+def test_embedded_dds_joins_at_the_first_message_type_that_the_rcl_wheels_lack(
+    wheels: Callable[..., Any], looker: Any
+) -> None:
     robot = wheels("robot")
     robot.writer("/odom", ODOMETRY, QoS())
     assert eventually(lambda: "/odom" in dict(looker.get_topic_names_and_types()))

@@ -66,7 +66,7 @@ def ours(message_type: str) -> TypedValue:
 
 @pytest.mark.ros(needs.module("rosidl_runtime_py"))
 @pytest.mark.parametrize("message_type", TYPES)
-def test_every_message_has_the_text_of_ros2cli(message_type: str) -> None:
+def test_the_yaml_and_csv_texts_of_each_message_type_equal_those_of_ros2cli(message_type: str) -> None:
     runtime = importlib.import_module("rosidl_runtime_py")
     part, theirs = ours(message_type), of_ros(message_type)
     for style in STYLES:

@@ -44,7 +44,7 @@ def test_a_warning_names_the_peer_and_a_remedy(own: str, gids: list[bytes], othe
     assert "graphrun ctl" in remedy
 
 
-def test_the_services_of_an_action_have_one_warning() -> None:
+def test_all_unreachable_services_of_an_action_give_the_same_warning() -> None:
     texts = {
         warning(f"/dock/_action/{part}", "client", [FAST], "rmw_cyclonedds_cpp") for part in ("send_goal", "get_result")
     }

@@ -44,7 +44,7 @@ def wide(known: Definitions, text: str) -> bytes:
     return encode(message, known)
 
 
-def test_each_unit_takes_four_bytes(known: Definitions) -> None:
+def test_each_utf_16_code_unit_of_a_wstring_takes_four_bytes(known: Definitions) -> None:
     text = "Grüße 😀"
     units = struct.unpack(f"<{len(text) + 1}H", text.encode("utf-16-le"))  # the last character takes two
     data = wide(known, text)

@@ -149,7 +149,7 @@ def test_an_unusable_verb_is_refused_with_the_reason_and_a_remedy(site: Path, mo
     assert re.search(r"^    turns +(verb 'turns' of acme-turns|turn \(from acme-turns\))", listed.stdout, re.MULTILINE)
 
 
-def test_an_exception_of_its_own_run_has_a_traceback_for_its_author(site: Path) -> None:
+def test_an_exception_in_a_third_party_verb_prints_its_traceback(site: Path) -> None:
     write(site, "HELP = 'turn'\ndef add_arguments(parser): ...\ndef execute(arguments): return 1 / 0")
     done = graphrun(site, "turns")
     assert done.returncode == 1

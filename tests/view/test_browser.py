@@ -118,7 +118,7 @@ def test_without_the_token_the_page_shows_nothing_of_the_run_and_says_what_to_op
             assert page.frames[1].url == "about:blank"
 
 
-def test_the_token_leaves_the_address_and_stays_in_the_tab() -> None:
+def test_the_page_removes_the_token_from_its_address_and_keeps_it_for_the_tab() -> None:
     def look(page: Any) -> None:
         until(page, "document.getElementById('title').textContent === 'dd100_flat'")
         assert re.fullmatch(r"http://127\.0\.0\.1:\d+/(#robot=dd100&graph=dd100%2F\w+)?", page.url)

@@ -38,7 +38,7 @@ class Observation:
         """Return the observation in a session.
 
         Raises:
-            UsageError: the session does not have the source.
+            UsageError: the session has no such port, robot or sensor, or no graph uses the topic.
         """
         source = self.source
         if not isinstance(source, str):

@@ -1,7 +1,8 @@
-"""Fills in a template of a ROS parameter file; each value gets a comment that names its source.
+"""Writes a ROS parameter file from a template; a comment beside each value names the source of the value.
 
-A template has the lines of the file, with each value on one line. The comment beside a value names its source; a value without a
-comment is from Nav2's own parameter file. The caller gives further values, and facts for conditions:
+A template has the lines of the parameter file, with each value on one line. A comment in the template names the source of the
+value in its line. A literal without a comment comes from Nav2's own parameter file. The caller passes the values for placeholders
+such as `$b`, and the facts for conditions:
 
 | template | meaning |
 |---|---|

@@ -110,11 +110,14 @@ def _differential(
 
 
 def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[RobotWheel]) -> Drivetrain:
-    """Return the drivetrain of a skid-steered base with the friction of its wheels and the track for its controller.
+    """Return the drivetrain of a skid-steered base: `found` with friction of the wheels and with the track of its controller.
+
+    If the source of the base gives its controller a larger track that compensates for skidding, that track is kept. If it does
+    not, or if the friction replaces that track, the track is computed with `effective_track`.
 
     Args:
-        draft: receives a remark on the friction.
-        found: drivetrain whose track is the distance between left and right wheels.
+        draft: receives remarks on the friction and on the track.
+        found: drivetrain whose parameter `track` is the distance between left and right wheels, m.
         wheels: all wheels on the floor that do not swivel.
     """
     base, track, ends = found.base, found.parameters["track"], [wheel.centre[0] for wheel in wheels]

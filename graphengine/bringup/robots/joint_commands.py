@@ -34,7 +34,10 @@ class JointCommands:
 
 
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
-    """Return a dict from joints to the commands that they take; mark the elements that list the commands as used."""
+    """Return the commands that each joint takes, by name of the joint.
+
+    The `<ros2_control>` and `<transmission>` elements with joints are marked as used in the draft.
+    """
     found: dict[str, JointCommands] = {}
     for actuator in draft.description.actuators:
         if actuator.joint:

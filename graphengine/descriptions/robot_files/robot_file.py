@@ -36,20 +36,24 @@ class RobotFile:
     chain: tuple[Loaded[RobotSpec], ...]
 
     def document(self, *location: str | int) -> Document:
-        """Return the first document of the chain that has a value at a location (keys and indices), by default the first."""
+        """Return the first document of the chain that contains a value; the first document if none contains it.
+
+        Args:
+            location: keys and indices that lead to the value.
+        """
         holders = (loaded.document for loaded in self.chain if loaded.document.find(*location) is not None)
         return next(holders, self.chain[0].document)
 
     def span(self, *location: str | int) -> Span:
-        """Return the source location of the value at a location (keys and indices)."""
+        """Return the position of a value in its file; `location` has the keys and indices that lead to the value."""
         return self.document(*location).span(*location)
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the source location of the key of the value at a location (keys and indices)."""
+        """Return the position of a value's key in its file; `location` has the keys and indices that lead to the value."""
         return self.document(*location).key_span(*location)
 
     def folder(self, *location: str | int) -> Path:
-        """Return the folder of the file that contains the value at a location; relative paths there start from it."""
+        """Return the folder of the file that contains a value. A relative path in the value starts from this folder."""
         return self.document(*location).path.parent
 
 

@@ -118,15 +118,15 @@ def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Fi
 
 
 def _joint(joint: SdfFrame, name: str, kind: str, pose: Pose, ends: tuple[str, str], axis: Element | None) -> Joint:
-    """Return a joint of a robot.
+    """Return the URDF joint for one axis of an SDF joint.
 
     Args:
         joint: frame of the SDF joint.
-        name: name of the joint in the description.
-        kind: type of the joint in the description.
-        pose: pose of the joint in its parent link.
-        ends: names of the parent and the child link.
-        axis: element of the SDF joint with the axis.
+        name: name of the URDF joint.
+        kind: type of the URDF joint.
+        pose: pose of the URDF joint in its parent link.
+        ends: names of the parent link and of the child link.
+        axis: element `<axis>` or `<axis2>` of the SDF joint; None if the SDF joint has no axis.
     """
     made = Joint(name, kind, *ends, pose, Element("joint", {"name": name, "type": kind}, joint.element.span))
     if kind != "fixed":

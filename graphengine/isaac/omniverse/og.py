@@ -73,7 +73,13 @@ class Controller(metaclass=Open):
         allow_exists_node: bool = False,
         **_: Any,
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
-        """Find or create a graph and execute edit commands; return the graph, new nodes, new prims, and objects by name."""
+        """Execute edit commands on a graph. `edited_graph` finds or creates the graph for `graph_id`.
+
+        The edit of a graph that only Omniverse knows is left out, with a warning.
+
+        Returns:
+            The graph, the created nodes, the created prims, and a dict from names to objects.
+        """
         recorder = self.recorder
         if isinstance(graph_id, StubObject):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")

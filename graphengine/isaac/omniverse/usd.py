@@ -1,4 +1,8 @@
-"""Stubs of the USD stage and its prims; edits of graph prims and node prims are recorded, other edits are only noted."""
+"""Stubs of the USD stage and its prims.
+
+The stubs record edits of graphs and nodes, and the namespaces of prims. Setting a property of another prim only adds a note to
+the findings. Setting a `ui:` property adds none.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the free points of a region, and the straight ways between these points, for movers that walk at random.
+"""Finds the points and straight paths without obstacles in the region of a mover that walks at random.
 
 Only bodies that are fixed to the world are obstacles, not robots or movable bodies. So a walk depends only on scene and seed.
 """
@@ -20,17 +20,17 @@ from graphengine.physics.model.surface_joints import SUFFIX
 POINTS = 40
 """Number of candidate points of a region."""
 NEIGHBOURS = 6
-"""Number of nearest points to which a straight way is tried."""
+"""Maximum number of nearest points to which the straight path is checked, for each free point."""
 CLEARANCE = 0.1
 """Smallest distance of a walking mover from obstacles, m."""
 _STEP = 0.25
-"""Minimum length of a straight way, and distance between the points on a way that are checked for obstacles, m."""
+"""Minimum length of a straight path, and maximum distance between the points of a path that are checked for obstacles, m."""
 _HEADINGS = [step * math.pi / 4.0 for step in range(8)]
 """Headings in which a mover must be clear of obstacles at a free point, because it turns there, rad."""
 
 
 def motion_of(model: mujoco.MjModel, name: str, route: Route) -> MoverMotion:
-    """Return the motion of a mover; it stands still in a region without ways between free points."""
+    """Return the motion of a mover. The mover stands still if no straight path connects two free points of its region."""
     ways = free_ways(model, name, route) if route.region is not None else {}
     if ways:
         return MoverMotion(lambda seed: random_walk(route, name, ways, seed))
@@ -38,7 +38,7 @@ def motion_of(model: mujoco.MjModel, name: str, route: Route) -> MoverMotion:
 
 
 def free_ways(model: mujoco.MjModel, name: str, route: Route) -> dict[Place, list[Place]]:
-    """Return the free points (x, y, m) of the region of a route, each with the points to which the straight way is free."""
+    """Return the free points (x, y, m) of the region of a route, each with the points to which the straight path is free."""
     assert route.region is not None
     is_free = _Checker(model, name).is_free
     spread = np.random.Generator(np.random.Philox(key=0)).uniform(*route.region, (POINTS, 2))

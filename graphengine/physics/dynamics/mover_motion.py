@@ -40,7 +40,7 @@ class MoverMotion:
 
     Args:
         pieces: function that yields the pieces for a seed in their order, from time 0 without end.
-        stuck: whether the mover stands still because its region has no ways between free points.
+        stuck: whether the mover stands still because no obstacle-free straight path connects two free points of its region.
     """
 
     def __init__(self, pieces: Callable[[int], Iterator[Piece]], *, stuck: bool = False) -> None:
@@ -79,7 +79,7 @@ def random_walk(route: Route, name: str, ways: Mapping[Place, Sequence[Place]], 
     Args:
         route: route with the speed, the start and the height.
         name: name of the mover; each mover has its own random stream.
-        ways: points (x, y, m), each with the points to which the straight way is free.
+        ways: free points (x, y, m), each with the points to which the straight path is free of obstacles.
         seed: seed of the session.
     """
     random = np.random.Generator(np.random.Philox(key=key_of(seed, name)))
@@ -111,12 +111,16 @@ def _headings(points: Sequence[Timed], *, closed: bool) -> list[float]:
 
 
 def _pieces(points: Sequence[Timed], headings: Sequence[float], before: float) -> Iterator[Piece]:
-    """Yield the pieces of a motion between points.
+    """Yield the pieces of constant velocity in which a mover goes from point to point.
+
+    After each point, the mover turns to its next heading while it moves on. It turns at the rate `TURN`, or faster if the next
+    point is near.
 
     Args:
-        points: points of the motion; two at the same time are a jump.
-        headings: heading between each two points, rad.
-        before: heading at the first point, rad.
+        points: time (s) and position (x, y, z, m) of each point, in ascending order of the times. The mover jumps between two
+            points with the same time.
+        headings: heading of the mover from each point to the next point, rad.
+        before: heading of the mover before it turns at the first point, rad.
     """
     for ((begin, *here), (end, *there)), heading in zip(itertools.pairwise(points), headings, strict=False):
         if end <= begin:

@@ -54,7 +54,10 @@ class Movers:
         return self._motions.keys()
 
     def stuck(self) -> set[str]:
-        """Return the names of the movers whose region has no straight ways between free points."""
+        """Return the names of the movers that cannot walk at random.
+
+        A mover stands still if no obstacle-free straight path connects two free points of its region.
+        """
         return {name for name, (_, motion) in self._motions.items() if motion.stuck}
 
     def __bool__(self) -> bool:

@@ -151,7 +151,14 @@ class SuctionGripper(CarriedPrim):
             self.status = "Open"
 
     def _grip(self, number: int) -> bool:
-        """Weld the body in front of a point to the gripper; return whether there was one."""
+        """Cast a ray forward from a gripping point, and weld the body that it hits to the gripper.
+
+        Args:
+            number: index of the point.
+
+        Returns:
+            Whether the ray hit a body within reach.
+        """
         facts, (position, rotation) = self._prim.facts, self.frame()
         forward = rotation @ self._forward
         begin = position + rotation @ facts["points"][number] + facts["clearance_offset"] * forward

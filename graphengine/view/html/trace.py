@@ -99,7 +99,8 @@ class SceneTrace:
     Attributes:
         period: simulation time between two ticks, s.
         stages: parts of the run in chronological order.
-        speeds: time (s), speed (m/s) and turn rate (rad/s) of the first robots in each sample, by name of the robot.
+        speeds: samples of time (s), speed (m/s) and turn rate (rad/s), by name of the robot. Each sample covers only the first
+            `MAX_ROBOTS` robots; an unknown speed or turn rate is NaN.
     """
 
     def __init__(self, session: SessionCore) -> None:

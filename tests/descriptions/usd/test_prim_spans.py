@@ -65,7 +65,7 @@ def test_a_file_without_readable_text_has_no_places(tmp_path: Path, text: bytes)
         "@" * 500_001,
     ],
 )
-def test_odd_texts_take_no_time_worth_telling(tmp_path: Path, text: str) -> None:
+def test_the_search_for_a_prim_in_odd_text_is_fast(tmp_path: Path, text: str) -> None:
     assert place(tmp_path, "/a", f"#usda 1.0\n{text}") == (1, 1, 1)
 
 

@@ -96,7 +96,9 @@ ZEROS: list[tuple[Any, bool, bool, Any]] = [
 
 
 @pytest.mark.parametrize(("value", "every", "some", "each"), ZEROS)
-def test_zeros_are_found(value: Any, every: bool, some: bool, each: Any) -> None:
+def test_is_zero_any_zero_and_each_zero_find_the_zeros_of_a_value(
+    value: Any, every: bool, some: bool, each: Any
+) -> None:
     assert (computed(IsZero, value=value).result, computed(AnyZero, value=value).result) == (every, some)
     found = computed(EachZero, value=value).result
     assert (found.tolist() if isinstance(found, np.ndarray) else found) == each

@@ -73,7 +73,7 @@ def test_lidars_and_motion_treat_a_shared_mesh_as_a_copy_to_the_last_bit(project
 
 
 @needs_opengl
-def test_a_shared_mesh_looks_like_a_copy(project: Project) -> None:
+def test_images_of_a_shared_mesh_equal_images_of_separate_meshes(project: Project) -> None:
     pictures = []
     for own in (False, True):
         world = robots(project, own)

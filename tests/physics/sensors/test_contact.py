@@ -100,7 +100,7 @@ def test_contacts_of_another_body_fixed_to_the_sensors_body_do_not_count(body: s
     assert tick(sensing(legged, body), 60) == pytest.approx(weight, rel=1e-3)
 
 
-def test_a_force_below_the_threshold_is_not_felt_and_none_is_above_the_limit() -> None:
+def test_a_contact_sensor_ignores_forces_below_its_threshold_and_clips_at_its_limit() -> None:
     ball = BALL.format(height=0.1)
     deaf, dull, fine = sensing(ball, threshold=19.7), sensing(ball, limit=12.5), sensing(ball, threshold=19.5)
     assert tick(deaf, 60) == 0.0

@@ -133,7 +133,7 @@ def test_samples_add_up_to_the_change_of_velocity_shocks_included(rate: float, h
     assert max(upwards) > 0.0  # it did hit the floor
 
 
-def test_graphs_of_physics_steps_get_the_samples_that_ticks_are_too_slow_for() -> None:
+def test_graphs_that_run_in_physics_steps_get_the_imu_samples_between_ticks() -> None:
     imu = carried(FREE.format(height=100, shape="sphere"), rate=120.0)
     simulation = imu._simulation
     seen = []

@@ -121,7 +121,7 @@ def test_objects_nearer_than_the_minimum_range_are_not_seen(rays: RaysChoice) ->
 
 @either_rays
 @pytest.mark.parametrize("depth", [0.3, 0.1, -0.05])
-def test_a_ray_that_begins_within_a_body_meets_it_there(rays: RaysChoice, depth: float) -> None:
+def test_a_ray_that_starts_inside_a_body_hits_it_at_the_minimum_range(rays: RaysChoice, depth: float) -> None:
     """The front is nearer than the least range, or behind the sensor."""
     reading = cast(BOX.format(f"{0.5 + depth} 0 0"), rays)
     assert reading.depths == pytest.approx([0.4])

@@ -23,7 +23,7 @@ def test_the_bundle_is_made_from_the_sources() -> None:
     assert text_of("bundle.js").startswith(f"/*! Sources: {digest}\n"), "run graphengine/view/html/source/bundle.sh"
 
 
-def test_the_bundle_has_the_versions_that_notice_names_and_the_licences() -> None:
+def test_notice_lists_the_bundled_versions_and_the_bundles_contain_the_licences() -> None:
     versions = json.loads(text_of("source/package.json"))["dependencies"]
     notice = (LICENCES.parent / "NOTICE").read_text(encoding="utf-8")
     assert f"three.js {versions['three']} (" in notice
