@@ -38,7 +38,7 @@ VERBS = {
     "map": "make an occupancy map of a scene for nav2's map_server",
     "import": "convert the ActionGraphs of an Isaac Sim script or USD stage to YAML files",
     "export": "convert a graph to a Python script that builds it in Isaac Sim",
-    "import-robot": "make a robot file from a URDF, xacro, SDF or MJCF file, or from a running ROS 2 system",
+    "import-robot": "make a robot file from a URDF, xacro, SDF, MJCF or USD file, or from a running ROS 2 system",
     "topics": "list the topics, services and actions of a scene without running it: types, QoS, frames, rates",
     "robots": "list the robots of a scene with their robot_state_publisher topics, or print the URDF of a robot",
     "topic": "inspect topics on a live network, with or without ROS installed: list, info, echo, hz, delay, pub",

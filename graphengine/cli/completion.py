@@ -60,7 +60,7 @@ def _complete_values(parser: argparse.ArgumentParser) -> None:
         "GRAPH": _files("graph", graphs),
         "TOPIC": _topics(),
         "FOLDER": shtab.DIRECTORY,
-        "URDF|XACRO|SDF|MJCF": shtab.FILE,
+        "URDF|XACRO|SDF|MJCF|USD": shtab.FILE,
     }
     for verb, action in _actions(parser, ""):
         complete = by_metavar.get(str(action.metavar), shtab.FILE if action.type is Path else None)

@@ -118,7 +118,7 @@ class SceneSpec(FileSpec):
     doc: str = ""
     """Description for readers of the file."""
     world: str
-    """MJCF, SDF or USD file with the world: everything except the robots."""
+    """MJCF, SDF or USD file with the world: all except the robots."""
     usd_variants: dict[str, str] = {}
     """Variants to select in a USD world, as SET: NAME or PRIM:SET: NAME."""
     usd_assets: Annotated[tuple[str, ...], Field(strict=False, max_length=100)] = ()
