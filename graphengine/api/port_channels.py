@@ -31,7 +31,8 @@ class PortChannels:
     def _open(self) -> None:
         """Close the channels of ports that a reload has removed, and open those of new ports."""
         self._opened = self._ports.ports
-        for port in [port for port in self._channels if port not in self._opened]:
+        opened = {*self._opened}
+        for port in [port for port in self._channels if port not in opened]:
             self._channels.pop(port).close()
         for port in self._opened:
             if port not in self._channels:
@@ -49,8 +50,8 @@ class PortChannels:
         if self._ports.ports is not self._opened:
             self._open()
         for port, channel in self._channels.items():
-            if channel.has_sinks():
-                channel.log(port.message())
+            if channel.has_sinks() and (message := port.message()) is not None:
+                channel.log(message)
 
     def __enter__(self) -> Self:
         return self

@@ -83,6 +83,7 @@ def _add(
     """Add the fields of a message to a table; the values of ports hold until the next message."""
     message = TypedValue.of(messages.decode(data, message_type, definitions), definitions)
     port = topic.startswith(f"{CHANNELS}/")
+    table.begin_message(time, topic)
     for field in fields:
         name = topic.removeprefix(f"{CHANNELS}/") if port else ".".join(filter(None, (topic, field)))
         try:

@@ -27,7 +27,7 @@ ROWS_AT_ONCE = 10_000
 
 
 class ValueTable:
-    """Rows with a time, in a temporary file until the columns of all rows are known. Close it after use."""
+    """Rows, of which several can have the same time, in a temporary file until all columns are known. Close it after use."""
 
     def __init__(self) -> None:
         self.columns: dict[str, type] = {}
@@ -38,6 +38,20 @@ class ValueTable:
         self._time = 0
         self._row: dict[str, Any] = {}
         self._held: dict[str, Any] = {}
+        self._messages: set[str] = set()
+        """Topics of the messages in the present row."""
+
+    def begin_message(self, time: int, topic: str) -> None:
+        """Begin a new row if the present row already has a message of this topic: several messages can have the same time."""
+        if time == self._time and topic in self._messages:
+            self._end_row()
+        self._begin_time(time)
+        self._messages.add(topic)
+
+    def _begin_time(self, time: int) -> None:
+        if time != self._time:
+            self._end_row()
+            self._time = time
 
     def add(self, time: int, name: str, value: Any, *, held: bool = False) -> None:
         """Add a value at a time, ns; times must not decrease.
@@ -51,9 +65,7 @@ class ValueTable:
         Raises:
             UsageError: the table has too many columns.
         """
-        if time != self._time:
-            self._end_row()
-            self._time = time
+        self._begin_time(time)
         for column, cell in self._cells(name, value):
             self._row[column] = cell
             if held:
@@ -92,6 +104,7 @@ class ValueTable:
             json.dump([self._time, {**self._held, **self._row}], self._rows)
             self._rows.write("\n")
             self._row = {}
+        self._messages.clear()
 
     def rows(self) -> Iterator[tuple[float, Mapping[str, Any]]]:
         """Yield the time (s) and the values of each row by name of the column."""

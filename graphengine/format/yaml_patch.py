@@ -9,7 +9,7 @@ from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Location, Value
 from graphengine.format.yaml_text import comment as comment_line
-from graphengine.format.yaml_text import flow
+from graphengine.format.yaml_text import flow, read_back
 
 _END = "\r\n|[\n\r\x85\u2028\u2029]"
 """Pattern of a line end, the same as in `document`."""
@@ -35,7 +35,7 @@ def set_value(text: str, location: Location, value: Any, comment: str = "") -> s
             not be in a mapping.
     """
     found = _read(text)
-    expected = _with_value(found.data, location, value)
+    expected = _with_value(found.data, location, read_back(value))
     old = found.find(*location)
     if old is not None:
         lines = _split(text)

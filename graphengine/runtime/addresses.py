@@ -37,8 +37,8 @@ class NodePort:
 
     @property
     def value(self) -> Any:
-        """Current value of the port."""
-        return getattr(self.executor.nodes[self.index], self.port.field)
+        """Current value of the port; None if the node computes the value with a function that it gets only when it first runs."""
+        return getattr(self.executor.nodes[self.index], self.port.field, None)
 
     def put(self, value: Any) -> None:
         """Set the port, an unwired input, to a value that `convert` returned.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,6 +14,7 @@ import numpy as np
 
 from graphengine.compiler.graph import settled_type
 from graphengine.format.errors import UsageError
+from graphengine.node.types import POINTER
 from graphengine.runtime.addresses import NodePort, find_ports
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.session_core import SessionCore
@@ -90,17 +92,23 @@ class WatchedPort:
         """Present value of the port."""
         return getattr(self._node, self._field)
 
-    def message(self) -> bytes:
-        """Return the present value as a message in CDR."""
-        return self._encode(getattr(self._node, self._field))
+    def message(self) -> bytes | None:
+        """Return the present value as a message in CDR; None if the port's message type cannot have this value."""
+        return self._encoded(getattr(self._node, self._field))
 
     def new_message(self) -> bytes | None:
-        """Return the present value as a message, or None if it equals the value at the last call; an array counts as new."""
+        """Return the present value as `message` does, or None if it equals the value at the last call; an array counts as new."""
         before = self._before
         self._before = value = getattr(self._node, self._field)
         if value is before and not isinstance(value, np.ndarray):  # the elements of an array may have changed
             return None
-        return None if type(value) is float and value == before else self._encode(value)
+        return None if type(value) is float and value == before else self._encoded(value)
+
+    def _encoded(self, value: Any) -> bytes | None:
+        try:
+            return self._encode(value)
+        except (struct.error, TypeError, ValueError, OverflowError):  # for example None, or an integer over 64 bits
+            return None
 
 
 class PortValues:
@@ -119,18 +127,24 @@ class PortValues:
         self._patterns = patterns
         self._graphs: Sequence[GraphRun] = ()
         self._ports: list[WatchedPort] = []
+        found = {port.address for pattern in patterns for port in find_ports(session.graphs, pattern)}
+        if len(found) > MAX_PORTS:
+            raise UsageError(f"{len(found)} ports match the addresses; choose at most {MAX_PORTS}")
         if not self.ports:
             raise UsageError(f"{', '.join(patterns)}: none of these ports has a number, a text or a short array")
 
     @property
     def ports(self) -> list[WatchedPort]:
-        """All chosen ports with suitable values. A reload replaces the list."""
+        """All chosen ports with suitable values, at most `MAX_PORTS`. A change of the graphs replaces the list."""
         if self._graphs is not self._session.graphs:
             self._graphs = self._session.graphs
-            found = {port.address: port for pattern in self._patterns for port in find_ports(self._graphs, pattern)}
-            if len(found) > MAX_PORTS:
-                raise UsageError(f"{len(found)} ports match the addresses; choose at most {MAX_PORTS}")
-            self._ports = [port for one in found.values() if (port := _watched(one)) is not None]
+            found: dict[str, NodePort] = {}
+            for pattern in self._patterns:
+                with contextlib.suppress(
+                    UsageError
+                ):  # A reload or a removed robot can take away all ports of a pattern.
+                    found |= {port.address: port for port in find_ports(self._graphs, pattern)}
+            self._ports = [port for one in [*found.values()][:MAX_PORTS] if (port := _watched(one)) is not None]
         return self._ports
 
     def changes(self) -> Iterator[tuple[WatchedPort, bytes]]:
@@ -141,12 +155,13 @@ class PortValues:
 
 
 def _watched(found: NodePort) -> WatchedPort | None:
-    """Return the port with the type of its messages; None if its value is no number, text or short array."""
+    """Return the port with the type of its messages; None if its value is no number, text or short array, or is a pointer."""
     kind = _kind(found.value)
-    if kind is None:
-        return None
     instance, port = found.executor.graph.instances[found.index], found.port
-    if kind == "Int64" and str(settled_type(instance, port)) == "uint64":
+    settled = settled_type(instance, port)
+    if kind is None or settled == POINTER:
+        return None
+    if kind == "Int64" and str(settled) == "uint64":
         kind = "UInt64"
     node = found.executor.nodes[found.index]
     return WatchedPort(found.address, port.unit, port.doc, f"std_msgs/msg/{kind}", node, port.field, _ENCODERS[kind])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,9 +13,9 @@ from graphengine.compiler.graph import Graph, Instance
 from graphengine.compiler.literals import Override, ends_with
 from graphengine.format import document
 from graphengine.format.atomic_write import write_together
-from graphengine.format.diagnostics import CheckError, Findings, Span
+from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Location
-from graphengine.format.errors import GraphError, StateError, UsageError
+from graphengine.format.errors import GraphError, RecordingError, StateError, TransportError, UsageError
 from graphengine.format.files import Files, near
 from graphengine.format.yaml_patch import PatchError, location_at, set_value
 from graphengine.format.yaml_text import flow
@@ -121,6 +122,8 @@ class ValueEdits:
             CheckError: the changed scene has errors; the file has its old text again.
             StateError: the file has changed since the change was proposed.
             UsageError: the file cannot be written.
+            RecordingError: the change took effect, but the recording ended.
+            TransportError: the change took effect, but not on the network.
         """
         self._exchange(change.path, change.before, change.after)
         self._done = [*self._done, change][-MOST_CHANGES:]
@@ -155,16 +158,34 @@ class ValueEdits:
     def _exchange(self, path: Path, expected: bytes, content: bytes) -> None:
         """Replace the content of a file if it is as expected, and reload; after an error of the reload, the file is restored."""
         try:
-            if path.is_symlink() or path.read_bytes() != expected:
+            if Path(os.path.realpath(path)) != path or path.read_bytes() != expected:
                 raise StateError(f"{near(str(path))} has changed meanwhile: reload it and try again")
             write_together({path: content})
         except OSError as error:
             raise UsageError(f"{near(str(path))} cannot be written: {error.strerror}") from None
         try:
             self._reload()
-        except (CheckError, GraphError):
-            write_together({path: expected})
+        except (RecordingError, TransportError):
+            raise  # The session runs with the changed file.
+        except BaseException:
+            self._restore(path, content, expected)
             raise
+
+    def _restore(self, path: Path, content: bytes, expected: bytes) -> None:
+        """Give a file its text from before a refused reload, unless another program has written it since, and reload.
+
+        Raises:
+            UsageError: the file cannot be written.
+        """
+        try:
+            if Path(os.path.realpath(path)) != path or path.read_bytes() != content:
+                return
+            write_together({path: expected})
+        except OSError as error:
+            text = f"{near(str(path))} has the refused change and cannot be restored: {error.strerror}"
+            raise UsageError(f"{text}; take the change back in an editor") from None
+        with contextlib.suppress(GraphError):
+            self._reload()  # The session's record has the refused file.
 
 
 def _old(text: str, location: Location) -> str:
@@ -258,7 +279,7 @@ def _require_editable(scene: LoadedScene, files: Files, path: Path) -> None:
     if Path(os.path.realpath(path)) != path or not path.is_relative_to(folder):
         where = f"outside of the scene's folder {near(str(folder))}, or a link"
         raise UsageError(f"{shown} is {where}; edit it in an editor")
-    if path in files.changed():
+    if path not in files.used or path in files.changed():
         raise UsageError(f"{shown} has changed since the session read it: reload it first")
 
 

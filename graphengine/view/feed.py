@@ -133,7 +133,8 @@ class Feed:
         self._shown_findings: Sequence[Finding | str] | None = () if playback is not None else None
         self._shown_problems: Mapping[str, Any] = {}
         self._meter = StatusMeter(session)
-        self.page = Page(host, port, self._viewers.ask)
+        # A tab of a run that only showed must not control, nor a tab of any earlier run write files.
+        self.page = Page(host, port, self._viewers.ask, keep_token=not (read_only or session.edits))
         try:
             self._tell_scene(len(session.services.world.poses()))  # drawn before the first viewer comes
         except BaseException:

@@ -50,13 +50,15 @@ def kept_token(port: int, environment: Mapping[str, str]) -> str:
 def _read(path: Path) -> str:
     """Return the token in a file; empty if there is none, if it is too old, or if others can access it."""
     try:
+        if not stat.S_ISREG(os.lstat(path).st_mode):
+            return ""
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:
         return ""
     with open(descriptor, "rb") as file:
         found = os.fstat(file.fileno())
         own = stat.S_ISREG(found.st_mode) and found.st_uid == os.getuid() and found.st_nlink == 1
-        if not own or found.st_mode & 0o077 or time.time() - found.st_mtime > LONGEST_PAUSE:
+        if not own or found.st_mode & 0o077 or not 0 <= time.time() - found.st_mtime <= LONGEST_PAUSE:
             return ""
         text = file.read(100)
         return text.decode() if _TOKEN.fullmatch(text) else ""

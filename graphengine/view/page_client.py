@@ -40,13 +40,17 @@ class Page:
         host: IP address on which to serve the page.
         port: TCP port of the page; 0 selects a free port.
         asked: called with each request of a viewer, in the reading thread.
+        keep_token: whether runs on this port have the same token.
     """
 
-    def __init__(self, host: str, port: int, asked: Callable[[Mapping[str, Any]], None]) -> None:
+    def __init__(
+        self, host: str, port: int, asked: Callable[[Mapping[str, Any]], None], keep_token: bool = False
+    ) -> None:
         ours, theirs = socket.socketpair()
         try:
             # Without the working directory among its modules: a file there may be a stranger's.
-            command = [sys.executable, "-P", "-m", f"{__package__}.page_process", str(theirs.fileno()), host, str(port)]
+            module, token = f"{__package__}.page_process", "keep" if keep_token else "new"
+            command = [sys.executable, "-P", "-m", module, str(theirs.fileno()), host, str(port), token]
             environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
             self._process = subprocess.Popen(
                 command,

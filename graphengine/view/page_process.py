@@ -1,4 +1,4 @@
-"""The process of the page: `python -m graphengine.view.page_process FD HOST PORT`, started by `page_client.Page`.
+"""The process of the page: `python -m graphengine.view.page_process FD HOST PORT TOKEN`, started by `page_client.Page`.
 
 It reads the run's data from a socket that it inherits, draws the 3D part, and sends all other data to the viewers. It ends when
 the socket closes.
@@ -56,16 +56,17 @@ class PageProcess:
         run: connection to the run.
         host: IP address on which to serve the page.
         port: TCP port of the page; 0 selects a free port.
+        keep_token: whether runs on this port have the same token.
     """
 
-    def __init__(self, run: Connection, host: str, port: int) -> None:
+    def __init__(self, run: Connection, host: str, port: int, keep_token: bool) -> None:
         self._run = run
         self._sending = threading.Lock()
         self._greeting: dict[str, str] = {}
         self._lines: dict[tuple[str, str, str], Mapping[str, Any]] = {}
         """The newest log messages, by severity, node and text."""
         self._definitions = DEFINITIONS
-        self.server = PageServer(host, port, self._ask, self._greet)
+        self.server = PageServer(host, port, self._ask, self._greet, keep_token)
         self._scene = Scene3D(self.server.viser, self.server.tab_of, self._command, self._pick)
         self._greeting["run"] = _text({"run": secrets.token_hex(8)})
         self._greeting["layers"] = _text({"layers": self._scene.layers})
@@ -218,14 +219,14 @@ def _plain(value: Any) -> Any:
 
 
 def main() -> None:
-    """Serve the page until the run ends; the arguments are the socket's file descriptor, the host and the port."""
+    """Serve the page until the run ends; the arguments are the socket's file descriptor, host, port, and `keep` or `new`."""
     # A viewer may disconnect while the camera is set.
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the run, whose end ends this process
-    descriptor, host, port = sys.argv[1:]
+    descriptor, host, port, token = sys.argv[1:]
     run = Connection(int(descriptor))
     try:
-        process = PageProcess(run, host, int(port))
+        process = PageProcess(run, host, int(port), token == "keep")
     except UsageError as error:
         run.send_bytes(json.dumps({"error": str(error)}).encode())
         return

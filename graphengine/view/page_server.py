@@ -36,7 +36,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from graphengine.format.errors import UsageError
-from graphengine.format.web_access import parse_object
+from graphengine.format.web_access import make_token, parse_object
 from graphengine.view.guard import PageGuard
 from graphengine.view.kept_token import kept_token
 
@@ -145,6 +145,8 @@ class PageServer:
         port: TCP port; 0 selects a free port.
         asked: called with each message of a viewer, in the server's thread.
         greet: returns the first messages for a new viewer, by kind.
+        keep_token: whether the next run on this port gets the same token, and this run the token of the last one. Only a page
+            on a loopback address keeps its token.
 
     Raises:
         UsageError: the page cannot be served at this address.
@@ -156,6 +158,7 @@ class PageServer:
         port: int,
         asked: Callable[[Viewer, Mapping[str, Any]], None],
         greet: Callable[[], Mapping[str, str]],
+        keep_token: bool = False,
     ) -> None:
         self._asked = asked
         self._greet = greet
@@ -166,7 +169,9 @@ class PageServer:
         self._socket = _listen(host, port)
         self.port = self._socket.getsockname()[1]
         hosts = [f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in _names(host)]
-        self._guard = PageGuard(tuple(hosts), host in EVERY_ADDRESS, kept_token(port, os.environ))
+        keep_token = keep_token and ipaddress.ip_address(host).is_loopback
+        token = kept_token(port, os.environ) if keep_token else make_token()
+        self._guard = PageGuard(tuple(hosts), host in EVERY_ADDRESS, token)
         self.url = f"http://{hosts[0]}/#token={self._guard.token}"
         with _served_by(self._serve), contextlib.redirect_stdout(None):
             self.viser = viser.ViserServer(host, port, verbose=False)

@@ -100,6 +100,16 @@ def test_a_bag_of_another_program_begins_at_time_0(graphrun: Graphrun, tmp_path:
     assert [tuple(row.values()) for row in table] == [("0.0", "0.0", "m"), ("0.5", "0.25", "m"), ("1.0", "0.5", "m")]
 
 
+def test_messages_of_a_topic_with_the_same_time_have_a_row_each(graphrun: Graphrun, tmp_path: Path) -> None:
+    unit = made("acme_msgs/msg/Unit", name="m")
+    times = (0.0, 0.5, 0.5, 1.0)
+    path = write_bag(tmp_path / "bag", [(at, "/level", made(LEVEL, level=i, unit=unit)) for i, at in enumerate(times)])
+    table = rows(graphrun("data", str(path), "--topics", "/level.level", code=0).out)
+    assert [(float(row["time"]), float(row["/level.level"])) for row in table] == list(
+        zip(times, range(4), strict=True)
+    )
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

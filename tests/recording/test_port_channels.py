@@ -119,6 +119,45 @@ def test_an_address_without_port_is_an_error_with_a_suggestion(tmp_path: Path) -
         record(tmp_path, "Half.resalt")
 
 
+def test_a_reload_that_takes_away_all_chosen_ports_does_not_end_the_recording(tmp_path: Path) -> None:
+    (tmp_path / "values.yaml").write_text(GRAPH, encoding="utf-8")
+    path = tmp_path / "out.mcap"
+    with ge.load(tmp_path / "values.yaml").session(record=path, ports=["Limit.value"]) as sim:
+        sim.step(2)
+        (tmp_path / "values.yaml").write_text(GRAPH.replace("Limit:", "Bound:"), encoding="utf-8")
+        sim.reload()
+        sim.step(2)
+    assert [value for _, value in channels(path)["values/Limit.value"]] == [0.5]
+    assert main(["replay", str(path)]) == 0
+
+
+def test_all_ports_of_a_graph_with_a_node_that_never_runs_are_recorded(tmp_path: Path) -> None:
+    unread = "  Sum: {type: Add, inputs: {a: {type: int64, value: 1}, b: {type: int64, value: 5}}}\nconnections:"
+    (tmp_path / "values.yaml").write_text(GRAPH.replace("connections:", unread), encoding="utf-8")
+    path = tmp_path / "out.mcap"
+    with ge.load(tmp_path / "values.yaml").session(record=path, ports=["*"]) as sim:
+        sim.step(2)
+        assert sim.values("*")["values/Limit.value"] == 0.5
+    assert channels(path)["values/Sum.a"]
+
+
+def test_a_value_that_a_port_s_message_type_cannot_have_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "values.yaml").write_text(GRAPH, encoding="utf-8")
+    path = tmp_path / "out.mcap"
+    with ge.load(tmp_path / "values.yaml").session(record=path, ports=["Limit.value", "Name.value"]) as sim:
+        sim.step()
+        (graph,) = sim._runner.session.graphs
+        limit: Any = graph.executor.node("Limit")
+        name: Any = graph.executor.node("Name")
+        limit.value, name.value = None, "\udc80"  # as a ScriptNode can
+        sim.step()
+        limit.value, name.value = 0.75, "south"
+        sim.step()
+    found = channels(path)
+    assert [value for _, value in found["values/Limit.value"]] == [0.5, 0.75]
+    assert [value for _, value in found["values/Name.value"]] == ["north", "south"]
+
+
 def test_a_reload_records_the_ports_of_the_new_graph(tmp_path: Path) -> None:
     (tmp_path / "values.yaml").write_text(GRAPH, encoding="utf-8")
     path = tmp_path / "out.mcap"

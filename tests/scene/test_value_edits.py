@@ -18,7 +18,8 @@ from graphengine.api.runner import Runner
 from graphengine.api.scene import start_runner
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import parse
-from graphengine.format.errors import StateError, UsageError
+from graphengine.format.errors import RecordingError, StateError, UsageError
+from graphengine.scene.value_edits import Change, ValueEdits
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = sorted((ROOT / "graphs").rglob("*.yaml"))
@@ -190,6 +191,63 @@ def test_a_change_that_the_scene_refuses_is_taken_back(run: Runner, folder: Path
     assert texts(folder) == broken
     assert value(run, "Limit") == 1.3
     assert broken["outer.yaml"] == before["outer.yaml"]
+
+
+def reload_once_then(error: BaseException, before_error: Any = None) -> Any:
+    errors = iter([error])
+
+    def reload() -> None:
+        for found in errors:
+            if before_error is not None:
+                before_error()
+            raise found
+
+    return reload
+
+
+@pytest.mark.parametrize("error", [ge.GraphError("refused"), ZeroDivisionError(), KeyboardInterrupt()])
+def test_a_file_has_its_old_text_after_any_error_of_the_reload(error: BaseException, tmp_path: Path) -> None:
+    path = tmp_path.resolve() / "a.yaml"
+    path.write_bytes(b"a: 1")
+    edits = ValueEdits(reload_once_then(error))
+    with pytest.raises(type(error)):
+        edits.write(Change(path, b"a: 1", b"a: 2", ""))
+    assert path.read_bytes() == b"a: 1"
+    edits.write(Change(path, b"a: 1", b"a: 3", ""))
+    assert path.read_bytes() == b"a: 3"
+
+
+def test_an_error_of_the_recording_after_the_reload_keeps_the_change(tmp_path: Path) -> None:
+    path = tmp_path.resolve() / "a.yaml"
+    path.write_bytes(b"a: 1")
+    with pytest.raises(RecordingError):
+        ValueEdits(reload_once_then(RecordingError("no space"))).write(Change(path, b"a: 1", b"a: 2", ""))
+    assert path.read_bytes() == b"a: 2"
+
+
+def test_a_refused_reload_keeps_what_an_editor_wrote_during_it(tmp_path: Path) -> None:
+    path = tmp_path.resolve() / "a.yaml"
+    path.write_bytes(b"a: 1")
+    reload = reload_once_then(ge.GraphError("refused"), lambda: path.write_bytes(b"a: 9"))
+    with pytest.raises(ge.GraphError):
+        ValueEdits(reload).write(Change(path, b"a: 1", b"a: 2", ""))
+    assert path.read_bytes() == b"a: 9"
+
+
+def test_a_file_in_a_folder_that_became_a_link_is_not_written(tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other/a.yaml").write_bytes(b"a: 1")
+    (tmp_path / "folder").symlink_to("other")
+    change = Change(tmp_path.resolve() / "folder/a.yaml", b"a: 1", b"a: 2", "")
+    with pytest.raises(StateError, match="has changed meanwhile"):
+        ValueEdits(lambda: None).write(change)
+    assert (tmp_path / "other/a.yaml").read_bytes() == b"a: 1"
+
+
+def test_the_present_value_of_an_array_is_written_as_a_list(run: Runner, folder: Path) -> None:
+    run.command("set", address="List.value", value=[4.0, 5.0, 6.0])
+    run.command("save", address="List.value")
+    assert "value: [4.0, 5.0, 6.0]" in (folder / "outer.yaml").read_text(encoding="utf-8")
 
 
 def test_an_editor_outside_loses_nothing(run: Runner, folder: Path) -> None:

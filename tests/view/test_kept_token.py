@@ -35,6 +35,12 @@ def test_a_free_port_and_a_missing_folder_have_a_new_token_each_time(
     assert kept_token(8080, environment) != kept_token(8080, environment)
 
 
+def test_a_folder_in_the_place_of_the_file_gives_a_new_token(environment: dict[str, str], tmp_path: Path) -> None:
+    kept_token(8081, environment)
+    (tmp_path / "graphrun/page-8080.token").mkdir()
+    assert kept_token(8080, environment) != kept_token(8080, environment)
+
+
 def _link(path: Path) -> None:
     path.rename(path.with_name("elsewhere"))
     path.symlink_to(path.with_name("elsewhere"))
@@ -45,6 +51,7 @@ CHANGES: dict[str, Callable[[Path], object]] = {
     "a link": _link,
     "a second name": lambda path: os.link(path, path.with_name("other")),
     "another text": lambda path: path.write_bytes(b"x" * 31),
+    "from the future": lambda path: os.utime(path, (0.0, time.time() + 3600)),
     "too old": lambda path: os.utime(path, (0.0, time.time() - module.LONGEST_PAUSE - 60)),
 }
 

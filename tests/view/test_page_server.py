@@ -11,7 +11,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
@@ -172,6 +172,24 @@ def test_a_malformed_request_is_forbidden_and_nothing_is_logged(
 def test_the_3d_part_is_sent_whatever_the_other_headers_are(served: Served, encoding: bytes) -> None:
     request = b"GET /3d/ HTTP/1.1\r\nHost: %s\r\nAccept-Encoding: %s\r\nUpgrade: websocket\r\n\r\n"
     assert served.send(request % (served.host.encode(), encoding)) == b"HTTP/1.1 200 OK\r\n"
+
+
+def token_of(host: str, port: int, *, keep: bool) -> str:
+    with closing(PageServer(host, port, lambda viewer, message: None, dict, keep)) as server:
+        return server.url.partition("#token=")[2]
+
+
+def test_only_a_page_on_loopback_that_may_keep_its_token_has_that_of_the_last_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with socket.create_server(("127.0.0.1", 0)) as unused:
+        port = unused.getsockname()[1]
+    token = token_of("127.0.0.1", port, keep=True)
+    assert token_of("127.0.0.1", port, keep=True) == token
+    assert token_of("127.0.0.1", port, keep=False) != token
+    assert token_of("0.0.0.0", port, keep=True) != token
+    assert token_of("127.0.0.1", port, keep=True) == token
 
 
 @pytest.mark.parametrize("port", [65536, 70000, -1, 10**30])

@@ -9,6 +9,7 @@ from functools import cached_property
 
 from graphengine.devices.motion import CommandKind
 from graphengine.devices.stage import Prim
+from graphengine.format.errors import JointError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim, Supply
 from graphengine.runtime.session_core import SessionCore
@@ -204,7 +205,10 @@ def _no_drive(case: _Case) -> str:
         for port in route.commands():
             names = route.value(route.target, "joint_names") or ()
             kind = next(kind for kind, name in COMMANDS.items() if name == port.name)
-            idle = articulation.select(names).undriven(kind) if kind in GAINS else ()
+            try:
+                idle = articulation.select(names).undriven(kind) if kind in GAINS else ()
+            except JointError as error:
+                return f"{route.name(route.target)} drops its commands: {error}"
             if idle and len(idle) == len(names or articulation.joint_names):
                 what = f"have no drive with {GAINS[kind]}, so {kind} commands have no effect; {listing(idle, 'joints')}"
                 return f"the joints of {case.name} {what}"

@@ -270,6 +270,14 @@ def test_the_reason_of_an_arm_is_a_drive_without_stiffness(tmp_path: Path) -> No
         )
 
 
+def test_the_reason_of_an_arm_is_a_command_for_a_joint_that_it_has_not(tmp_path: Path) -> None:
+    with session(tmp_path, arm(), height=1.0) as sim:
+        command = {"name": ["sholder"], "position": [0.5]}
+        sim.publish("/joint_command", command, type="sensor_msgs/msg/JointState", every=0.1)
+        sim.run(SECONDS)
+        assert sim.why("bot").sentence.startswith("drive/Joints drops its commands: /bot has no joint 'sholder'")
+
+
 def test_the_reason_of_an_arm_is_the_end_of_its_range(tmp_path: Path) -> None:
     with session(tmp_path, arm(), height=1.0) as sim:
         reach(sim, 1.0)
