@@ -112,7 +112,7 @@ class PlotValues:
         self._codes: dict[str, Evaluate | None] = {}
         """Compiled expressions; None for one that cannot be evaluated."""
         self._readings: dict[tuple[str, str], Any] = {}
-        """Handles to ports, variables and bodies, by kind and address, or the error that says why there is none."""
+        """Handles to ports, variables and bodies, by kind and address; the error in place of a missing one."""
         self._seen: _Seen | None = None
         self._topics: dict[str, Newest] = {}
         """Subscriptions to the topics of expressions."""

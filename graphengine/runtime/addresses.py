@@ -37,8 +37,8 @@ class NodePort:
 
     @property
     def value(self) -> Any:
-        """Current value of the port; None if the node computes the value with a function that it gets only when it first runs."""
-        return getattr(self.executor.nodes[self.index], self.port.field, None)
+        """Current value of the port."""
+        return getattr(self.executor.nodes[self.index], self.port.field)
 
     def put(self, value: Any) -> None:
         """Set the port, an unwired input, to a value that `convert` returned.
@@ -188,14 +188,14 @@ def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
 
 
 def _ports(path: str, executor: Executor, index: int, pattern: str, sides: Sequence[Side]) -> Iterator[NodePort]:
-    """Yield the ports of a node whose names match a pattern; of equal names, only the port on the first side."""
+    """Yield the ports with values whose names match a pattern; of equal names, only the port on the first side."""
     cls: type[Node] = type(executor.nodes[index])
     side, colon, name = pattern.partition(":")
     given = bool(colon) and side in SIDES
     seen: set[str] = set()
     for wanted in sides:
         for port in cls.fields.values():
-            if port.side != wanted or port.is_exec or (given and wanted != side):
+            if port.side != wanted or port.is_exec or port.bound_in_setup or (given and wanted != side):
                 continue
             if fnmatchcase(port.name, name if given else pattern) and port.name not in seen:
                 seen.add(port.name)

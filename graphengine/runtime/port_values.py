@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -125,12 +125,12 @@ class PortValues:
     def __init__(self, session: SessionCore, patterns: Sequence[str]) -> None:
         self._session = session
         self._patterns = patterns
-        self._graphs: Sequence[GraphRun] = ()
-        self._ports: list[WatchedPort] = []
-        found = {port.address for pattern in patterns for port in find_ports(session.graphs, pattern)}
+        self._graphs: Sequence[GraphRun] = session.graphs
+        found = {port.address: port for pattern in patterns for port in find_ports(self._graphs, pattern)}
         if len(found) > MAX_PORTS:
             raise UsageError(f"{len(found)} ports match the addresses; choose at most {MAX_PORTS}")
-        if not self.ports:
+        self._ports = _watched_ports(found.values())
+        if not self._ports:
             raise UsageError(f"{', '.join(patterns)}: none of these ports has a number, a text or a short array")
 
     @property
@@ -140,11 +140,10 @@ class PortValues:
             self._graphs = self._session.graphs
             found: dict[str, NodePort] = {}
             for pattern in self._patterns:
-                with contextlib.suppress(
-                    UsageError
-                ):  # A reload or a removed robot can take away all ports of a pattern.
+                # A reload or a removed robot can take away all ports of a pattern.
+                with contextlib.suppress(UsageError):
                     found |= {port.address: port for port in find_ports(self._graphs, pattern)}
-            self._ports = [port for one in [*found.values()][:MAX_PORTS] if (port := _watched(one)) is not None]
+            self._ports = _watched_ports([*found.values()][:MAX_PORTS])
         return self._ports
 
     def changes(self) -> Iterator[tuple[WatchedPort, bytes]]:
@@ -152,6 +151,10 @@ class PortValues:
         for port in self.ports:
             if (message := port.new_message()) is not None:
                 yield port, message
+
+
+def _watched_ports(found: Iterable[NodePort]) -> list[WatchedPort]:
+    return [port for one in found if (port := _watched(one)) is not None]
 
 
 def _watched(found: NodePort) -> WatchedPort | None:

@@ -64,7 +64,7 @@ class SamplingCode:
         """Global names of the function."""
 
     def add(self, expression: Sampled) -> list[str]:
-        """Add an expression, and return the names of the variables of its result; the first is None while there is no value."""
+        """Add an expression; return the names of its result variables. The first one is None until all messages have arrived."""
         self._expression, self._arriving, before = expression, {}, self._lines
         self._lines = []
         results = expression.add_to(self)

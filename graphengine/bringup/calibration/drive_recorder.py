@@ -159,7 +159,7 @@ class DriveRecorder:
         return position.x, position.y, yaw_of((q.x, q.y, q.z, q.w))
 
     def _frame(self, name: str) -> Frame:
-        """Return the frame of the robot with this name in TF; without such a frame, the frame of the base link."""
+        """Return the robot's frame with this TF name, or the base link's frame if the robot has no frame of this name."""
         plain = name.rpartition("/")[2]  # the namespace of a scene with `tf: global`
         prims = (prim for prim in self._prim.descendants() if prim.kind in ("link", "frame"))
         named = [prim for prim in prims if prim.frame_name in (name, plain)]

@@ -153,7 +153,7 @@ def with_drift(motion: Motion, window: Trace) -> Motion:
 
 
 def turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
-    """Return the point (x, y) about which the robot turns on the spot, in the base link's frame, m; None without such a turn."""
+    """Return the point (x, y) about which the robot turns on the spot, in the base link's frame, m; None without turns."""
     turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
     if not turns:
         return None

@@ -60,7 +60,7 @@ def robot_lidar(
 
 
 def _lidar(stage: Stage, robot: RobotInstance, path: str | None) -> Prim:
-    """Return the lidar at a path; the robot's only lidar if the path is None."""
+    """Return the lidar at a path; if the path is None, return the robot's only lidar."""
     if path is not None:
         prim = stage.find(path)
         if prim.kind != "lidar":

@@ -250,7 +250,7 @@ def _transform_topics(claims: Sequence[EndpointClaim]) -> tuple[str, str]:
 
 
 def _frame_prim(scene: Scene, robot: RobotInstance, frame: str) -> Prim:
-    """Return the robot's prim with this TF frame name; without such a prim, the prim of the base link."""
+    """Return the robot's prim with this TF frame name, or the base link's prim if no prim has it."""
     prim = world_of(scene).stage.find(robot.prim_path)
     name = frame.rpartition("/")[2]
     found = [one for one in prim.descendants() if one.frame_name == name and one.carrier()[0]]

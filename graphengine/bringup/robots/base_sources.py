@@ -130,7 +130,7 @@ def _positive(controller: Controller, *names: str) -> float | None:
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
-    """Return the base of the first usable drive plugin; None without such a plugin.
+    """Return the base of the first usable drive plugin, or None if the description has no usable drive plugin.
 
     Topics of other plugins, such as odometry_publisher, replace those of the drive plugin.
     """

@@ -57,7 +57,7 @@ def _mirrors(one: RobotWheel, other: RobotWheel) -> bool:
 
 
 def _swivel(description: RobotDescription, joint: Joint, axes: Mapping[str, Vector3]) -> Joint | None:
-    """Return the nearest joint above a wheel's joint that rotates about a vertical axis; None without such a joint."""
+    """Return the nearest joint above a wheel's joint that rotates about a vertical axis, or None."""
     turning = (carrier for carrier in description.carriers(joint.parent) if carrier.type in TURNING)
     return next((carrier for carrier in turning if abs(axes[carrier.name][2]) > ALIGNED), None)
 
