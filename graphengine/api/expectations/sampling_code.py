@@ -7,13 +7,13 @@ Operands that consist of numbers become plain Python, after each of their parts 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Protocol
 
 from graphengine.api.expectations.comparisons import COMPARISONS, compared, unordered
 from graphengine.api.expectations.reading_types import Kind, Reading
-from graphengine.sandbox.expressions import FUNCTIONS, Guard, compiled
+from graphengine.sandbox.expressions import FUNCTIONS, FieldGuard, compiled
 
 MAX_EXPONENT = 16
 """Largest exponent of powers that plain Python computes, as floats; the guard computes other powers and limits their size."""
@@ -135,7 +135,7 @@ class SamplingCode:
 
         def evaluate(*values: Any) -> Any:
             names.update(zip(used, values, strict=True))
-            return _FieldGuard().evaluate(code, names)
+            return FieldGuard().evaluate(code, names)
 
         readings = [self._variable(self._expression.bound[name][1], self._expression.bound[name][0]) for name in used]
         return self._let(f"{self.constant(evaluate)}({', '.join(readings)})")
@@ -232,17 +232,3 @@ def _whole(index: ast.expr) -> int | None:
     except ValueError:
         return None
     return value if type(value) is int else None
-
-
-class _FieldGuard(Guard):
-    """Lets expressions read the fields of messages and of other records."""
-
-    def attribute(self, value: Any, name: str) -> Any:
-        if name in getattr(value, "__dataclass_fields__", ()) and not name.startswith("_"):
-            return getattr(value, name)
-        return super().attribute(value, name)
-
-    def attributes(self, value: Any) -> Collection[str]:
-        if hasattr(value, "__dataclass_fields__"):
-            return [name for name in value.__dataclass_fields__ if not name.startswith("_")]
-        return super().attributes(value)
