@@ -6,14 +6,12 @@ reader ends only this process.
 
 from __future__ import annotations
 
-import json
-import sys
-from pathlib import Path
 from typing import Any
 
 from pxr import Tf, Usd, UsdPhysics
 
-from graphengine.descriptions.usd.layers import UnreadableError, confined, open_stage, reason, variants_of
+from graphengine.descriptions.usd.confined_reading import ConfinedReading, prims
+from graphengine.descriptions.usd.layers import UnreadableError, variants_of
 from graphengine.descriptions.usd.stage_bodies import body_of, is_body, read_body
 from graphengine.descriptions.usd.stage_commands import read_command
 from graphengine.descriptions.usd.stage_frames import StageFrames, UnusableError, given, text
@@ -24,44 +22,31 @@ from graphengine.descriptions.usd.stage_sensors import read_sensor
 from graphengine.descriptions.usd.stage_shapes import ShapeReader
 from graphengine.descriptions.usd_model import PhysicsContents
 from graphengine.format.files import Files
-from graphengine.sandbox.untrusted import answer
 
 MAX_PRIMS = 200_000
 """Maximum number of prims of a stage whose physics is read."""
 
 
-class PhysicsReading:
-    """Reader of the physics of one stage.
-
-    Args:
-        files: decides which files may be read.
-        choice: what to read, as `open_stage` takes it.
-    """
+class PhysicsReading(ConfinedReading[PhysicsContents]):
+    """Reader of the physics of one stage."""
 
     def __init__(self, files: Files, **choice: Any) -> None:
-        self.files = files
-        self.choice = choice
+        super().__init__(files, **choice)
         self.contents = PhysicsContents()
 
-    def run(self, path: Path) -> PhysicsContents:
-        """Open a stage and return its physics; if it cannot be read, return the reason as `failure`."""
-        contents = self.contents
-        try:
-            stage, contents.left_out = open_stage(path, self.files, **self.choice)
-            self._read(stage)
-        except (UnreadableError, UnusableError) as error:
-            contents.failure = str(error)
-        except (Tf.ErrorException, UnicodeDecodeError) as error:
-            contents.failure = reason(error)
-        contents.used = [str(used) for used in self.files.used]
-        return contents
+    def read(self, stage: Usd.Stage) -> None:
+        """Read bodies, shapes, joints, materials, commands, sensors and lights.
 
-    def _read(self, stage: Usd.Stage) -> None:
-        frames = StageFrames(stage)
+        Raises:
+            UnreadableError: the stage has too many prims, or a number of its units is not finite.
+        """
+        try:
+            frames = StageFrames(stage)
+        except UnusableError as error:
+            raise UnreadableError(str(error)) from None
         self.contents.assumed = frames.assumed
         shapes = ShapeReader(frames, self.contents)
-        every = stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract))
-        for number, prim in enumerate(every, 1):
+        for number, prim in enumerate(prims(stage), 1):
             if number > MAX_PRIMS:
                 raise UnreadableError(f"it has more than {MAX_PRIMS} prims")
             self._one(prim, frames, shapes)
@@ -101,14 +86,5 @@ class PhysicsReading:
             contents.left_out.append((path, why))
 
 
-def main() -> None:
-    """Read a request from stdin, confine this process, read the stage, and write its `PhysicsContents` to stdout."""
-    request = json.load(sys.stdin)
-    files = Files(tuple(map(Path, request["roots"])))
-    stream = confined(files)
-    reading = PhysicsReading(files, **request["choice"])
-    answer(stream, lambda: reading.run(Path(request["path"])))
-
-
 if __name__ == "__main__":
-    main()
+    PhysicsReading.serve()

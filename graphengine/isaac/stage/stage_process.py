@@ -6,19 +6,16 @@ reader ends only this process.
 
 from __future__ import annotations
 
-import json
-import sys
-from pathlib import Path
 from typing import Any
 
-from pxr import Tf, Usd
+from pxr import Usd
 
-from graphengine.descriptions.usd.layers import UnreadableError, confined, open_stage, reason, variants_of
+from graphengine.descriptions.usd.confined_reading import ConfinedReading, prims
+from graphengine.descriptions.usd.layers import variants_of
 from graphengine.format.files import Files
 from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION, VARIABLE
 from graphengine.isaac.stage.stage_contents import COMPOUND, INSTANCES, StageAttribute, StageContents, StagePrim
 from graphengine.isaac.stage.usd_conversion import plain_value, type_name
-from graphengine.sandbox.untrusted import answer
 
 _GRAPH_SETTINGS = ("evaluator:type", "evaluationMode", "pipelineStage")
 _NODE_SETTINGS = ("node:type", "node:typeVersion", POSITION, COMPOUND)
@@ -26,32 +23,18 @@ _EXTENDED = ("Union", "Any")
 """Prefixes of the custom data `attrType` of union and `any` ports, as in `Union-->double,float`."""
 
 
-class StageReading:
-    """Reader of the parts of one stage that concern graphs.
-
-    Args:
-        files: decides which files may be read.
-        choice: what to read, as `open_stage` takes it.
-    """
+class StageReading(ConfinedReading[StageContents]):
+    """Reader of the parts of one stage that concern graphs."""
 
     def __init__(self, files: Files, **choice: Any) -> None:
-        self.files = files
-        self.choice = choice
+        super().__init__(files, **choice)
         self.contents = StageContents()
 
-    def run(self, path: Path) -> StageContents:
-        """Open a stage and return the parts that concern graphs; if it cannot be read, return the reason as `failure`."""
-        try:
-            stage, self.contents.left_out = open_stage(path, self.files, **self.choice)
-            for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
-                self._read(prim)  # prims below a missing asset too, such as one on NVIDIA's server
-            self._read_sources(stage)
-        except UnreadableError as error:
-            self.contents.failure = str(error)
-        except (Tf.ErrorException, UnicodeDecodeError) as error:
-            self.contents.failure = reason(error)
-        self.contents.used = [str(used) for used in self.files.used]
-        return self.contents
+    def read(self, stage: Usd.Stage) -> None:
+        """Read the prims that concern graphs, and the attributes to which their nodes are connected."""
+        for prim in prims(stage):
+            self._read(prim)  # prims below a missing asset too, such as one on NVIDIA's server
+        self._read_sources(stage)
 
     def _read(self, prim: Usd.Prim) -> None:
         """Store the variant selections of a prim, and the prim itself if it concerns graphs."""
@@ -95,8 +78,8 @@ class StageReading:
 
     def _read_sources(self, stage: Usd.Stage) -> None:
         """Store the attributes outside of nodes to which nodes are connected."""
-        prims = self.contents.prims.values()
-        for source in sorted({path for prim in prims for item in prim.attributes.values() for path in item.sources}):
+        found = self.contents.prims.values()
+        for source in sorted({path for prim in found for item in prim.attributes.values() for path in item.sources}):
             owner = source.partition(".")[0]
             known = self.contents.prims.get(owner)
             if (known is None or known.type != NODE) and (attribute := stage.GetAttributeAtPath(source)):
@@ -112,14 +95,5 @@ def _matters(kind: str, name: str) -> bool:
     return kind == NODE and (name in _NODE_SETTINGS or name.startswith(("inputs:", "outputs:")))
 
 
-def main() -> None:
-    """Read a request from stdin, confine this process, read the stage, and write its `StageContents` to stdout."""
-    request = json.load(sys.stdin)
-    files = Files(tuple(map(Path, request["roots"])))
-    stream = confined(files)
-    reading = StageReading(files, **request["choice"])
-    answer(stream, lambda: reading.run(Path(request["path"])))
-
-
 if __name__ == "__main__":
-    main()
+    StageReading.serve()
