@@ -115,6 +115,7 @@ class Chart {
       return line;
     }));
     if (!this.series.length) this.keys.append(element("li", "Click a port or a field of a message, or write an expression above.", "hint"));
+    this.showValues();
   }
 
   // A value that is not a number: the viewer chooses a part.
